@@ -45,3 +45,19 @@ def test_steps_do_not_depend_on_the_unit_of_time(integrator, second):
     runs = [fmb.simulate(bouncing(s), t_end=s, samples=5, integrator=integrator) for s in (1.0, second)]
     assert runs[0].statistics["steps"] == pytest.approx(runs[1].statistics["steps"], rel=0.02)
     assert np.allclose(runs[0]["place"], runs[1]["place"], rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("second", [1.0, 1e6, 1e9])
+def test_speeds_of_slow_motions_are_resolved_by_ida(second):
+    """x = 0.01 (1 - cos w t) with w = 10 rad by the unit: to 1e-3 also where a period is 7 days or 20 years."""
+    w = 10.0 / second
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("p", mass=1.0, at=(1.0, 0, 0))],
+        forces=[
+            fmb.SpringDamper("k", markers=("ground.origin", "p.center"), stiffness=w * w, length=1.0),
+            fmb.PointLoad("f", marker="p.center", force=(0.01 * w * w, 0, 0)),
+        ],
+        sensors=[fmb.Position("x", marker="p.center")],
+    )
+    run = fmb.simulate(model, 2.0 * second, samples=21, integrator=fmb.IDA())
+    np.testing.assert_allclose(run["x"][:, 0], 1.01 - 0.01 * np.cos(w * run.t), atol=1.2e-5)

@@ -34,6 +34,8 @@ DENSE = 300
 """Up to this number of unknowns a dense factorisation is faster than the sparse one."""
 ATOL = 1e-8
 """Usual absolute tolerance: m, rad and per second."""
+SLOW = 100.0
+"""s, length of a run from which on that of velocities is less."""
 YIELDING = 1e-11
 """Compliance of the constraints where equations depend on each other, s, relative to G M^-1 G^T."""
 
@@ -167,6 +169,8 @@ class _Run:
         for iq, iu, size, _ in self.system.program.vectors:
             atol[iq : iq + size] /= self.extent[iu : iu + size]
             atol[self.system.nq + iu : self.system.nq + iu + size] /= self.extent[iu : iu + size]
+        if settings.atol is None:  # speeds of motions that take hours are small
+            atol[self.system.nq : self.system.nq + self.system.nu] *= min(1.0, SLOW / self.span)
         for (iq, iu), group in zip(self.system.state_slices.values(), self.system.states, strict=True):
             atol[iq] = FAR  # nothing reads the integrals of states
             atol[self.system.nq + iu.start : self.system.nq + iu.stop] = (settings.atol or ATOL) * np.array(group.size)
@@ -361,7 +365,7 @@ class IDA(metaclass=Described):
         Relative tolerance of every coordinate and velocity.
     atol : float, m, rad and per second, optional
         Absolute tolerance of every coordinate and velocity; default 1e-8, times the length of models below 1 m
-        where it is one of displacements.
+        where it is one of displacements, and of velocities 100 s by the simulated time where that is longer.
     max_order : int
         Highest order, 1 to 5; 2 for lightly damped high frequencies, which higher orders cannot damp.
     largest : float, s, optional
