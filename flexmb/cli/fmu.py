@@ -1,6 +1,6 @@
 """Write a model as a functional mock-up unit (FMI) for co-simulation in other programs.
 
-Inputs are those of the model (input = { name = "torque" } in place of a signal), outputs all columns of its sensors.
+Inputs are the model's (input = { name = "torque" } in place of a signal), outputs all columns of its sensors.
 
 Examples:
   flexmb fmu crane.toml

@@ -49,7 +49,7 @@ MEASURED = np.dtype(
         ("axis", np.int64),  # of a, or of W
         ("other", np.int64),  # cosine: axis of b
         ("signal", np.int64),  # number of the signal, of the branch that is held, of a channel or of an equation
-        ("last", np.int64),  # reaction: the equation after those of the joint; wrench: channel of the derivatives
+        ("last", np.int64),  # reaction: the equation after the joint's own; wrench: channel of the derivatives
         ("source", np.int64),  # the scalar of which this one has more derivatives, or -1
         ("frame", np.int64),  # acceleration: 1 if velocities of the body are in its own axes
         ("a", np.int64),  # -1: axes of W

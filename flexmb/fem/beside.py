@@ -20,7 +20,7 @@ def beside(models: Mapping[str, FEModel], places: np.ndarray, name: str) -> tupl
     Parameters
     ----------
     models : mapping of name to FEModel
-        The names come before those of their sets: "left.skin".
+        The names come before the names of their sets: "left.skin".
     places : (k, 3), m
         More nodes, without freedoms, behind all others.
     """

@@ -108,7 +108,7 @@ def _equations(fe: FEModel, fixed) -> sparse.csr_matrix | None:
             found.append(motion[linked])
     if isinstance(fixed, str) and fixed in fe.slanted:
         slanted = fe.slanted[fixed].copy()
-        slanted.resize(slanted.shape[0], size)  # nodes that came behind those of the deck
+        slanted.resize(slanted.shape[0], size)  # nodes that were added to the deck's
         found.append(slanted @ motion)
     return sparse.vstack(found, format="csr") if found else None
 

@@ -48,7 +48,7 @@ def write_fmu(
 ) -> Path:
     """Write a model as a unit for co-simulation, and return its path.
 
-    Its inputs are those of the model (`flexmb.input`), its outputs all columns of its sensors. States can be got and
+    Its inputs are the model's (`flexmb.input`), its outputs all columns of its sensors. States can be got and
     set (steps taken back). The unit holds the model file and its reduced bodies, no solver: it runs in hosts that load
     a Python interpreter with flexmb in it (FMPy does); elsewhere it is refused when it is loaded.
 

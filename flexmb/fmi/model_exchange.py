@@ -1,4 +1,4 @@
-"""`ModelExchange`: the states of a unit of another program in the system, beside those of blocks and forces."""
+"""`ModelExchange`: the states of a unit of another program in the system, beside the states of blocks and forces."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def require_platform(fmpy: Any, path: Path, title: str) -> None:
 def load_unit(kind: Any, about: Any, identifier: str, unpacked: str, path: Path, title: str) -> Any:
     """Return a unit with its library loaded, as an object of a class of fmpy; DataFileError if that is not possible.
 
-    The working folder stays: fmpy goes to that of the library, and does not come back if it cannot be loaded.
+    The working folder stays: fmpy goes to the library's, and does not come back if it cannot be loaded.
     """
     try:
         here = os.getcwd()

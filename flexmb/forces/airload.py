@@ -26,7 +26,7 @@ BACKWARDS = -1e-6
 ROW = np.dtype(
     [
         ("marker", np.int64),
-        ("pair", np.int64),  # of the marker and that of the states
+        ("pair", np.int64),  # of the marker and the marker of the states
         ("states", np.int64),
         ("wind", np.int64, 3),  # signals, m/s, in W
         ("half", float),  # m, half chord
@@ -241,7 +241,7 @@ class Airload(Force):
 
     @property
     def added_mass(self) -> float:
-        """Return the mass of the air that moves along, kg: that of a cylinder of air around the strip."""
+        """Return the mass of the air that moves along, kg: a cylinder of air around the strip."""
         return float(np.pi * self.density * (0.5 * self.chord) ** 2 * self.span)
 
     @property

@@ -79,7 +79,7 @@ def apply(raw, data, state, work):
             marker.wrench[i] += field[i]
         if row.orbit.follows == 0:
             work.energy[0].potential += V
-        else:  # the potential moves: its power is that of a load
+        else:  # the potential moves: its power counts as a load's
             for i in range(3):
                 work.energy[0].load_power += field[i] * marker.v[i] + field[3 + i] * marker.w[i]
         if wanted != 0:
@@ -92,7 +92,7 @@ def apply(raw, data, state, work):
 class CentralGravity(Force):
     """Attract a body to a centre, with the torque of the gradient and its force to second order.
 
-    With `Model(origin=Orbit(...))` the centre is that of the orbit, and the body gets the difference that the fall of
+    With `Model(origin=Orbit(...))` the orbit gives the centre, and the body gets the difference that the fall of
     the origin leaves.
 
     Parameters
@@ -101,7 +101,7 @@ class CentralGravity(Force):
     body : str
         A `RigidBody`, a `PointMass`, or a `FloatingBody` whose inertia loads do not stiffen it (free fall is no load).
     mu : float, N m2/kg
-        Gravitational constant times the mass of the centre; by default that of the Earth.
+        Gravitational constant times the mass of the centre; by default the Earth's.
     source : str
         "ground.marker" of the centre.
     """

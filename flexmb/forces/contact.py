@@ -326,7 +326,7 @@ class Contact(Force):
                 "Contact",
                 found=f"radii of {radius!r} and {other_radius!r} m, which fit without clearance",
                 expected="1/radius + 1/other_radius > 0",
-                remedy="The radius of a socket is negative, and larger than that of its ball",
+                remedy="The radius of a socket is negative, and larger than its ball's",
             )
         return 4.0 / 3.0 / compliance * curvature**-0.5
 

@@ -24,7 +24,7 @@ ROW = np.dtype(
     [
         ("x", COORDINATE),
         ("states", np.int64),
-        ("pairs", np.int64, 2),  # of the markers of the joint with that of the state
+        ("pairs", np.int64, 2),  # of the joint's markers with the marker of the state
         ("voltage", np.int64),  # signal, V
         ("channel", np.int64),  # by which the rate of the current changes with the voltage, or -1
         ("resistance", float),  # ohm

@@ -71,7 +71,7 @@ def require_unstiffened(force, model) -> None:
         raise ModelError(
             force.title,
             found=f"'{force.body}', whose inertia loads stiffen it",
-            expected="a body without stiffening by inertia loads: that of free fall loads nothing, and the "
+            expected="a body without stiffening by inertia loads: free fall loads nothing, and the "
             "acceleration of the frame would count as a load",
             remedy=f"Give '{force.body}' geometric_stiffness=('interface', 'loads', 'preload'), or False",
         )
@@ -195,7 +195,7 @@ def act_elastic(row, data, P, uniform, falls, state, work):
     """Subtract the generalised forces from the residual of a reduced body; P and `uniform` as for `attract_elastic`.
 
     The row has its `marker`, `modes`, `iq` (first coordinate) and `moments` (their place in the bulk data). Where the
-    potential moves (`falls`) its power is that of a load.
+    potential moves (`falls`) its power counts as a load's.
     """
     m, iu, weights = row.modes, work.markers[row.marker].iu, work.weights[0]
     eta = state.q[row.iq + 7 : row.iq + 7 + m]

@@ -192,7 +192,7 @@ class Gears(Force):
     backlash : float, m
         What the teeth of both gears together are thinner at the reference circles; the distance of the axes adds to it.
     stiffness : float, N/m2, optional
-        Single stiffness c' of a pair of teeth per face width; by default that of ISO 6336-1, method B, for solid gears.
+        Single stiffness c' of a pair of teeth per face width; by default from ISO 6336-1, method B, for solid gears.
     young : float, Pa
         Mean modulus 2 E E'/(E + E') for the default stiffness.
     damping : float, s/m

@@ -24,7 +24,7 @@ ROW = np.dtype(
     [
         ("x", COORDINATE),
         ("states", np.int64),
-        ("pairs", np.int64, 2),  # of the markers with that of the states
+        ("pairs", np.int64, 2),  # of the markers with the marker of the states
         ("valve", np.int64),  # signal, -1 to 1
         ("channel", np.int64),  # by which the rates of the pressures change with the valve, or -1
         ("area", float, 2),  # m^2, with the sign in which the volume grows with x

@@ -23,7 +23,7 @@ ROW = np.dtype(
     [
         ("x", COORDINATE),
         ("states", np.int64),
-        ("pairs", np.int64, 2),  # of the markers of the joint with that of the state
+        ("pairs", np.int64, 2),  # of the joint's markers with the marker of the state
         ("stiffness", float),  # N/m or N m/rad
         ("damping", float),  # N s/m or N m s/rad
         ("viscous", float),  # N s/m or N m s/rad

@@ -26,7 +26,7 @@ ROW = np.dtype(
     [
         ("x", COORDINATE),
         ("states", np.int64),
-        ("pairs", np.int64, 2),  # of the markers with that of the states
+        ("pairs", np.int64, 2),  # of the markers with the marker of the states
         ("stiffness", float),  # N/m or N m/rad
         ("free", float),  # m or rad
         ("n", np.int64),  # branches

@@ -62,7 +62,7 @@ def _activate(row, given, a):
 def _contract(row, length, a, fibre, energy, slopes):
     """Return the tension of the tendon, N, and the rate of the fibre's length, m/s, eq. (muscle).
 
-    Writes the derivatives of the tension by the lengths of way and fibre, and those of the rate by the length of the
+    Writes the derivatives of the tension by the lengths of way and fibre, and of the rate by the length of the
     way, the activation and the length of the fibre, to `slopes` (5,).
     """
     along = (fibre * fibre - row.height * row.height) ** 0.5

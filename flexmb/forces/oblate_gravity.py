@@ -122,11 +122,11 @@ class OblateGravity(Force):
     body : str
         A `RigidBody`, a `PointMass`, or a `FloatingBody` whose inertia loads do not stiffen it (free fall is no load).
     mu : float, N m2/kg
-        By default that of the Earth.
+        By default the Earth's.
     radius : float, m
-        Equatorial radius, by default that of the Earth.
+        Equatorial radius, by default the Earth's.
     j2 : float, -
-        By default that of the Earth.
+        By default the Earth's.
     source : str
         "ground.marker" of the centre; its z-axis is the axis of the central body. With `Model(origin=Orbit(...))` it
         stands at the origin of W, and only its axes count.

@@ -7,7 +7,7 @@ the rest stays (gas) or is absorbed (light):
     F = rho A w_n ((1 - s) w - (2 s w_n + d k) n),   w_n = -n . w.
 
 Gas: k is the mean normal speed of what leaves (Hughes 1986, section 8.1, the limit of a fast stream; Schaaf & Chambré
-1961). Light: the pressure takes the place of rho and the direction that of w, k = 2/3 (Wertz 1978, eq. 17-49).
+1961). Light: the pressure replaces rho and the direction replaces w, k = 2/3 (Wertz 1978, eq. 17-49).
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ class Rigid(ContactLaw):
         e, 0 to 1: of the velocities or of the impulses.
     rule : "Newton" or "Poisson"
         e is the normal velocity after an impact over that before, eq. (impact-law), or the impulse of expansion over
-        that of compression, eq. (poisson-law). They are the same for one impact without friction. Newton's law has no
+        of compression, eq. (poisson-law). Both agree for one impact without friction. Newton's law has no
         solution where a body is held from behind; a step where that is found follows Poisson's.
     friction : float, -
         mu of Coulomb: a round cone. What sticks does not creep.

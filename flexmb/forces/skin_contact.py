@@ -346,7 +346,7 @@ class SkinContact(Force):
     def _packed(self, model, number) -> tuple[dict[str, np.ndarray], np.ndarray, dict[str, Any]]:
         """Return the tables of points, corners, faces and nodes, the corners of the faces, and the numbers of the row.
 
-        `number` gives that of a marker; the groups of coordinates are left 0.
+        `number` gives the number of a marker; the groups of coordinates are left 0.
         """
         _, (body, skin) = self.sides(model)
         names, table = self.points(model)

@@ -59,7 +59,7 @@ def projected(numbers, firsts, total, K, D, work):
 
 @kernel
 def add_to_pair(code, M, first, second, work):
-    """Add a block of M to the iteration matrix: that of a pair and its number there, aa, ab, ba, bb."""
+    """Add a block of M to the iteration matrix: block aa, ab, ba or bb of a pair."""
     pair, block = work.pairs[code // 4], code % 4
     a, b = work.markers[pair.a], work.markers[pair.b]
     rows, columns = (a if block < 2 else b), (a if block % 2 == 0 else b)

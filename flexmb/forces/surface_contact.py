@@ -76,7 +76,7 @@ class SurfaceContact(Force):
             )
 
     def pairs(self, model) -> list[tuple[Any, Any]]:
-        """Return the surfaces that may touch, two by two: those of different bodies, each pair once."""
+        """Return the surfaces of different bodies that may touch, two by two, each pair once."""
         groups = self._surfaces(model)
         found: dict[tuple[str, str], tuple[Any, Any]] = {}
         for a in groups[0]:

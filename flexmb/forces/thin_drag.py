@@ -115,9 +115,9 @@ class ThinDrag(Force):
     leaving : float, m/s
         Mean normal speed of those that leave in all directions.
     rotation : float, rad/s
-        Of the atmosphere about the z-axis of `source`; by default that of the Earth.
+        Of the atmosphere about the z-axis of `source`; by default the Earth's.
     surface : float, m
-        Radius from which altitudes are counted; by default that of the Earth.
+        Radius from which altitudes are counted; by default the Earth's.
     source : str
         "ground.marker" of the centre; with `Model(origin=Orbit(...))` it stands at the origin of W.
     both_faces : bool

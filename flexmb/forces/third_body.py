@@ -63,7 +63,7 @@ def _on_elastic(row, data, away, origin, state, work):
 
 @row_kernel
 def apply(raw, data, state, work):
-    """The attraction less what the origin gets; its power is that of a load, the potential moves."""
+    """The attraction less what the origin gets; its power counts as a load's, as the potential moves."""
     rows = raw.view(ROW)
     d, away, field, K = np.empty(3), np.empty(3), np.empty(6), np.empty((6, 6))
     origin, speed = np.empty(3), np.empty(3)

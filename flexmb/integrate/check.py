@@ -132,7 +132,7 @@ class Report:
 
 
 def _load(kind: str) -> str:
-    """Return what an equation holds, in the axes of the joint's first marker; of a point on a point those of W."""
+    """Return what an equation holds, in the axes of the joint's first marker; for a point on a point, in W."""
     name, _, axes = kind.partition(" ")
     if name.startswith("Coincident"):
         return f"force along {name[-2]} of W"

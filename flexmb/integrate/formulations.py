@@ -101,7 +101,7 @@ def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _shared(e: Equations, lam: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Return the multipliers (ng,) of least norm whose forces are those of the independent equations, `lam`.
+    """Return the multipliers (ng,) of least norm with the forces of the independent equations, `lam`.
 
     Multipliers (-y, 1) with L (-y, 1) = 0 are states of self-stress: what `lam` contains of them is removed.
     """

@@ -187,7 +187,7 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
 
 
 def _origin(tables: dict[str, Any], context: Context, given: Orbit | None) -> Orbit | None:
-    """Return the orbit of the table [origin], or that of an assembly."""
+    """Return the orbit of the table [origin], or of an assembly."""
     where = f"{context.path.name}, [origin]"
     raw = tables.get("origin")
     if raw is None:

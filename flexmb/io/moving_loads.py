@@ -15,7 +15,7 @@ FIELDS = ("name", "load", "amount", "along")
 
 
 def moving_forces(raw: dict[str, Any], where: str, context: Context, model: Model) -> tuple[Any, ...]:
-    """Return the forces of one table: the fields of `flexmb.moving_load`, whose data are those of the body in `model`.
+    """Return the forces of one table: the fields of `flexmb.moving_load`, with the data of the body in `model`.
 
     ``along`` is a signal, or the name of a joint as a text.
     """

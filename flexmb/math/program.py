@@ -53,7 +53,7 @@ class Program(NamedTuple):
     equation_level: Integers
     """(ng,) 0 for a holonomic equation g(q, t) = 0, 1 for one at velocity level, A(q, t) u + rate = 0"""
     branches: int
-    """first coordinate that tells branches (see Work); they come after those of all bodies"""
+    """first coordinate that tells branches (see Work); they come after the coordinates of all bodies"""
     evaluation: int
     """address of the machine code of `evaluate`"""
 

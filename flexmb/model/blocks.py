@@ -157,7 +157,7 @@ class Integral(Block):
 class Pid(Block):
     """Proportional, integral and derivative control of an error e: kp e + ki (integral of e) + kd e'.
 
-    e' is the signal `rate`, exact where it is measured, or that of a filtered error, (e - f) / T with T f' = e - f.
+    e' is the signal `rate`, exact where it is measured, or the rate of a filtered error, (e - f) / T with T f' = e - f.
     Within `limits` of the output the integral follows the error; beyond them it tracks the output in the time
     `tracking`, against windup.
 

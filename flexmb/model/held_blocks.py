@@ -24,7 +24,7 @@ __all__ = ["HELD_BLOCKS", "Quantiser", "Relay", "Sampled", "SampledStateSpace"]
 class Relay(HeldBlock):
     """A switch with hysteresis: on when the signal rises above the higher limit, off when it falls below the lower one.
 
-    The times of switching are located as those of events, and steps end there.
+    The times of switching are located like events, and steps end there.
 
     Parameters
     ----------

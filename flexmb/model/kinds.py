@@ -251,7 +251,7 @@ class Joint(Part):
         return (), ()
 
     def places(self, model) -> tuple[str, ...]:
-        """Return the markers whose coordinates in W it relates: those of joints between bodies do not count."""
+        """Return the markers whose coordinates in W it relates; joints between bodies have none."""
         return ()
 
     def resolved_markers(self, model) -> tuple[str, ...]:
@@ -301,7 +301,7 @@ class Force(Part):
         return next((told for value in vars(self).values() if (told := complaint_of(value))), "")
 
     def record(self, compiler: Compiler) -> dict[str, Any]:
-        """Return fields of the row by name, where they are not those of the force (see `Table.filled`)."""
+        """Return fields of the row by name, where they differ from the fields of the force (see `Table.filled`)."""
         raise TypeError(f"{type(self).__name__} does not write a row")
 
 

@@ -36,7 +36,7 @@ class Formulation(Protocol):
     closed: bool
     """Do they have it in closed form, where forces of constraints are A^T lam?"""
     unknowns: Callable[..., Any] | None
-    """(system, state, work) -> the coordinates it integrates (`RelativeUnknowns`); None: those of all bodies."""
+    """(system, state, work) -> the coordinates it integrates (`RelativeUnknowns`); None: coordinates of all bodies."""
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored."""

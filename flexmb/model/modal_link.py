@@ -13,7 +13,7 @@ __all__ = ["ModalLink"]
 class ModalLink:
     """A body with m modes in its own axes, about the origin of its frame; see `InertiaInvariants` for the names.
 
-    Its mass is the same in all directions (``vv`` = mass 1), unlike that of a planar mesh.
+    Its mass is the same in all directions (``vv`` = mass 1); the mass of a planar mesh is not.
 
     Parameters
     ----------

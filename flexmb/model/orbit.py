@@ -34,12 +34,12 @@ class Orbit(metaclass=Described):
     velocity : (3,), m/s
         Its velocity then.
     mu : float, N m2/kg
-        Gravitational constant times the mass of the centre; by default that of the Earth.
+        Gravitational constant times the mass of the centre; by default the Earth's.
     j2 : float, -
         Flattening of the centre that the origin feels, 1.0826267e-3 for the Earth; 0: it follows an ellipse. Every
         body then needs an `OblateGravity` too, and gets the difference to what the origin feels.
     radius : float, m
-        Equatorial radius that belongs to j2; by default that of the Earth.
+        Equatorial radius that belongs to j2; by default the Earth's.
     axis : (3,)
         Axis of the flattened centre, in W.
     turns : float, -
@@ -145,7 +145,7 @@ class Orbit(metaclass=Described):
 
     @property
     def period(self) -> float:
-        """Duration of one turn, s; about a flattened centre that of the ellipse at the start."""
+        """Duration of one turn, s; about a flattened centre, of the ellipse at the start."""
         return 2.0 * np.pi / self.ellipse["motion"]
 
     @cached_property

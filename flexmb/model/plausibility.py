@@ -46,7 +46,7 @@ def size_doubts(diagonal: float, mass: float | None, remedy: str) -> list[str]:
     if diagonal < SIZE[0]:
         return [
             f"the diagonal is {diagonal:.6g} m, below {SIZE[0]:g} m; coordinates must be metres. Were they scaled "
-            "twice, or are they those of another unit?"
+            "twice, or are they in another unit?"
         ]
     if diagonal > SIZE[1]:
         return [

@@ -30,7 +30,7 @@ class Equation:
         return None
 
     def record(self, compiler: Compiler, markers: tuple[int, ...]) -> dict[str, Any]:
-        """Return fields of the row by name, where they are not those of the primitive (see `Table.filled`)."""
+        """Return fields of the row by name, where they differ from the fields of the primitive (see `Table.filled`)."""
         return {}
 
 

@@ -58,7 +58,7 @@ class Signal(metaclass=Described):
         return ()
 
     def program_of(self, parts: Sequence[SignalProgram]) -> SignalProgram:
-        """Return the operations that compute the signal from those of its parts."""
+        """Return the operations that compute the signal from the operations of its parts."""
         raise TypeError(f"{type(self).__name__} has no program")
 
     @cached_property

@@ -52,7 +52,7 @@ class Cam(Profile):
         Least radius of the profile, on which the follower rests at lift zero.
     motion : list of (angle, lift, law)
         Up to which cam angle, rad, the follower moves to which lift, m (rad if it oscillates), by which law:
-        "cycloidal", "polynomial" (3-4-5) or "harmonic". The last angle is a full turn, and its lift that of the start.
+        "cycloidal", "polynomial" (3-4-5) or "harmonic". The last angle is a full turn, and its lift equals the first.
     roller : float, m
         Radius of the roller; 0 for a flat face.
     offset : float, m

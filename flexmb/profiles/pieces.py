@@ -171,7 +171,7 @@ class Involute(metaclass=Described):
             raise ModelError(
                 "Involute",
                 found=f"a piece from radius {radii[0]:.6g} to {radii[1]:.6g} m",
-                expected=f"radii of at least that of the base circle, {self.base_radius:.6g} m",
+                expected=f"radii of at least {self.base_radius:.6g} m, the base circle",
                 remedy="An involute begins on its base circle",
             )
         first, last = (max((r / self.base_radius) ** 2 - 1.0, 0.0) ** 0.5 for r in radii)

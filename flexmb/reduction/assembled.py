@@ -25,7 +25,7 @@ APART = 1e-6
 INDEPENDENT = 1e-8
 """Smallest singular value, relative to the largest, of interface motions that are independent."""
 ALIKE = 1e-3
-"""Relative difference of masses and stiffnesses from which on data are those of other elements."""
+"""Relative difference of masses and stiffnesses from which on data belong to other elements."""
 
 
 def assembled(
@@ -38,7 +38,7 @@ def assembled(
     No matrix of the whole mesh is factorised. The freedoms are the motions of all interfaces of the parts, and as many
     of the parts' nodes as they have coordinates beyond these. All else of the parts follows: fields, stress, named sets
     and elements ("left.skin"), inertia and geometric stiffness are those of the whole mesh on the displacements that
-    the parts have. So the error is that of the parts' bases.
+    the parts have. So the error comes from the parts' bases.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def _piece(key: str, fe: FEModel, data: ModalNeutralData) -> _Piece:
 
 
 def _check_alike(key: str, fe: FEModel, data: ModalNeutralData, known: np.ndarray) -> None:
-    """Refuse data that are not those of the elements: rescaled, or of another material; known (ndof, 6 + m)."""
+    """Refuse data that do not belong to the elements: rescaled, or of another material; known (ndof, 6 + m)."""
     shapes = known[:, 6:]
     pairs = {
         "mass": (known[:, :3], fe.M, np.diag(data.invariants.vv)),

@@ -66,7 +66,7 @@ class Rubin(metaclass=Described):
     """Normal modes of the body in its frame, interfaces free, and the static response to each interface load.
 
     In the Buckens frame the responses are balanced by rigid inertia (attachment modes of a free body); less what the
-    modes hold of them they are the residual flexibility. Rubin's coordinates and those of Craig & Chang are two bases
+    modes hold of them they are the residual flexibility. The coordinates of Rubin and of Craig & Chang are two bases
     of this one space: the reduced body is the same. Interface loads are exact in statics.
     """
 
@@ -149,7 +149,7 @@ class Pod(metaclass=Described):
     energy : float
         Share of the sum of strain energies of all snapshots that the shapes hold.
     statics : bool
-        Whether the static responses to interface loads join: without them only loads like those of the run are met.
+        Whether the static responses to interface loads join: without them only loads like the run's are met.
     """
 
     snapshots: Any

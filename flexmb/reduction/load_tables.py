@@ -127,7 +127,7 @@ class LineTable(MappedLoad):
 class PressureTable(MappedLoad):
     """A pressure over span and chord of a plane or twisted surface with four corners, bilinear between table entries.
 
-    The difference of pressure between lower and upper side, or that of one side. Mapped onto beams, shells or facets of
+    The difference of pressure between lower and upper side, or on one side. Mapped onto beams, shells or facets of
     solids with the same resultant force and moment.
 
     Parameters

@@ -38,7 +38,7 @@ def middle_surface(fe: FEModel) -> str:
     ):
         return ""
     return (
-        f"'{fe.name}': stress of shells is that of the middle surface, without bending; give stress_side=1 or -1 to "
+        f"'{fe.name}': stress of shells is taken at the middle surface, without bending; give stress_side=1 or -1 to "
         "fem.shell, fem.read_deck or the part, --stress-side to flexmb reduce (0 where it is meant)"
     )
 

@@ -30,11 +30,11 @@ class Track(metaclass=Described):
     Parameters
     ----------
     where : name of a set, node numbers, or coordinates (k, 3), m
-        Nodes in a line; node numbers in the order given, those of a set along its longest extent.
+        Nodes in a line; node numbers in the order given, nodes of a set along its longest extent.
     direction : (3,)
         Of the force, in body axes.
     rest : float
-        Share of the strain energies of all responses that may be left out, which is that of the mean static deflection
+        Share of the strain energies of all responses that may be left out, equal to that of the mean static deflection
         under the load; 1 adds no shapes.
     """
 

@@ -33,7 +33,7 @@ class TransferError:
     ----------
     frequencies : (n,), Hz
     error, response : (n,), m/N
-        Upper bound of the largest singular value of the error, lower bound of that of the full elastic response.
+        Upper bound of the largest singular value of the error, lower bound of the full elastic response's.
     by_input : (n, k), m/N
         Bound of the norm of the error of the response to each interface freedom by itself.
     damping : float

@@ -1,7 +1,7 @@
 """What the reduction of its bodies costs a run: the spectrum of interface forces times the bound of the error.
 
 The bound comes with the reduced data (``error_up_to``; docs, theory "reduction", eq. (transfer-bound)); the forces are
-those of joints and force elements on the interfaces, in body axes, moments over the size of the body.
+forces of joints and force elements on the interfaces, in body axes, moments over the size of the body.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class RunError:
     ----------
     body : str
     share : float
-        Bound of the root mean square of the error at the interfaces, over that of their elastic motion.
+        Bound of the root mean square of the error at the interfaces, over the root mean square of their elastic motion.
     frequency : float, Hz
         Below it lie 99 % of the interface forces, by their squares.
     worst : float, Hz

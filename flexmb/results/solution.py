@@ -184,7 +184,7 @@ class Solution:
                 warnings.warn(
                     f"Sensor '{name}': reactions of joint '{joint}' are not unique ({', '.join(shared[joint])}); "
                     "expected: joints that share no load. Stiffness would decide how they share it, and rigid bodies "
-                    "have none: the values are those of least norm, and only sums over the joints are known. "
+                    "have none: the values have least norm, and only sums over the joints are known. "
                     "flexmb.check lists the equations and says how to make them unique",
                     ValidityWarning,
                     stacklevel=3,

@@ -37,7 +37,7 @@ class OrbitalPosition(MarkerSensor):
 class OrbitalVelocity(MarkerSensor):
     """Velocity of a marker against the centre of the orbit that the origin of W follows, (nt, 3), m/s, along W.
 
-    Without an orbit it is that of `Velocity`.
+    Without an orbit it equals `Velocity`.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ class State(Sensor):
     state: str | None = None
 
     def columns(self, model) -> tuple[str, ...]:
-        """Return the title; the unit is that of the part."""
+        """Return the title; the unit is the part's."""
         return (f"{self.of} {self.state}" if self.state else self.of,)
 
     def followed(self, compiler):

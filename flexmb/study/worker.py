@@ -43,7 +43,7 @@ class Worker:
         self.spent_before = 0.0
 
     def spent(self) -> float:
-        """Return the processor time of the process, s; that of the clock where the system does not tell."""
+        """Return the processor time of the process, s; clock time where the system does not tell."""
         try:
             fields = Path(f"/proc/{self.process.pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
             return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")  # in user and in system mode

@@ -1,6 +1,6 @@
 """Where two boxes touch: all points share the normal of the plane that tells the boxes apart.
 
-Between convex bodies that do not overlap stands a plane. For two boxes its normal is that of a face, or at right angles
+Between convex bodies that do not overlap stands a plane. For two boxes its normal is a face's, or is at right angles
 to an edge of each: 15 directions, of which the one with the largest gap counts. With the normal of a face, the face of
 the other box that looks at it is cut to its outline, so edges that cross are seen, and one box may hang over the other.
 With two edges there is one point.
@@ -23,7 +23,7 @@ BOX = 4
 BETTER = 1e-6
 """By how much, relative to the smallest half edge, an edge must be farther than a face to give the normal."""
 PARALLEL = 1e-4
-"""Square of the sine between edges up to which their normal is that of a face."""
+"""Square of the sine between edges up to which a face gives their normal."""
 MOST = 12
 """Corners of a rectangle cut by a rectangle, at most 8, and some more."""
 

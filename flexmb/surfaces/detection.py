@@ -165,7 +165,7 @@ def _weigh_a(contact, area, normal):
 
 @inner_kernel
 def _to_other(y, d, Q, forward, z):
-    """Write a point of b in the axes of a to z, or (not `forward`) a point of a in those of b."""
+    """Write a point of b in the axes of a to z, or (not `forward`) a point of a in the axes of b."""
     if forward:
         matvec(Q, y, z)
         for i in range(3):
@@ -273,7 +273,7 @@ def _samples(data, at, other, d, Q, of_b, share, margin, found, nearest, contact
 def find_areas(data, at_a, at_b, margin, d, Q, contacts):
     """Write contacts of the samples with a gap below the margin, m; return how many.
 
-    Where both surfaces are sampled, the samples of each count with half their areas; those of a patch count alone.
+    Where both surfaces are sampled, the samples of each count with half their areas; samples of a patch count alone.
     """
     if bound_gap(data, at_a, at_b, d, Q) >= margin:
         return 0

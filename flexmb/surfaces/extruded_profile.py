@@ -41,7 +41,7 @@ class ExtrudedProfile(Shape):
 
     @property
     def reach(self) -> float:
-        """Distance beyond the farthest rim, m: that of corners of boxes around segments."""
+        """Distance beyond the farthest rim, m: of the corners of boxes around segments."""
         boxes = self.profile.table[2:].reshape(int(self.profile.table[0]), -1)[:, 1:5]
         far = np.hypot(np.abs(boxes[:, :2]).max(axis=1), np.abs(boxes[:, 2:]).max(axis=1)).max()
         return float(np.hypot(far, 0.5 * self.length))

@@ -20,7 +20,7 @@ __all__ = ["TRIANGLE", "mesh_distance", "nearest_on_triangle"]
 
 TRIANGLE = 30
 TOUCHING = 1e-12
-"""Distance, relative to the size of the triangle, below which the normal is that of the mesh."""
+"""Distance, relative to the size of the triangle, below which the mesh gives the normal."""
 
 
 @kernel

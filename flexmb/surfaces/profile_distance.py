@@ -1,4 +1,4 @@
-"""Signed distance from extruded and from revolved profiles, from that of the plane profile.
+"""Signed distance from extruded and from revolved profiles, by the distance in the plane of the profile.
 
 In the bulk data: half the length (if extruded), the size of the profile's table, the table
 (`flexmb.profiles.segments`).
@@ -20,7 +20,7 @@ TINY = 1e-150
 def profile_distance(data, own, z, n, H):
     """Return the distance of z (3,), negative inside, with gradient and second derivative, see `signed_distance`.
 
-    Beyond a rim it is the distance from the rim; inside that of the nearer of side and end.
+    Beyond a rim it is the distance from the rim; inside from the nearer of side and end.
     """
     half, size = data[own], int(data[own + 1])
     feet = np.empty((1, FOOT))

@@ -37,7 +37,7 @@ class _Revolved(Shape):
 
     @property
     def reach(self) -> float:
-        """Distance beyond the farthest point, m: that of corners of boxes around segments."""
+        """Distance beyond the farthest point, m: of the corners of boxes around segments."""
         boxes = self._profile.table[2:].reshape(int(self._profile.table[0]), -1)[:, 1:5]
         return float(np.hypot(np.abs(boxes[:, :2]).max(axis=1), np.abs(boxes[:, 2:]).max(axis=1)).max())
 

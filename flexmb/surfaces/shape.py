@@ -53,7 +53,7 @@ class Shape(metaclass=Described):
     def thickness(self) -> float:
         """Twice its volume per area, m; infinite for a half-space.
 
-        It is exact for a sheet, a third of the width of a cube or ball, and above that of thin parts of thick bodies.
+        It is exact for a sheet, a third of the width of a cube or ball, and too much for thin parts of thick bodies.
         """
         if not np.isfinite(self.reach):
             return np.inf

@@ -108,7 +108,7 @@ def corrected_accelerations(program, state, work, right):
 def _lengthened(nu, right, before):
     """Lengthen a correction that is a part rho of the one before to what all that would follow add up to.
 
-    Near a singular position an equation that is nearly dependent moves little, and its softness, which is that of all,
+    Near a singular position an equation that is nearly dependent moves little, and its softness, the same for all,
     leaves most of it open: corrections then shrink by the same part again and again, rho + rho^2 + ... (Aitken).
     `before` (ng,) takes the multipliers' part, or zero after a long one.
     """

@@ -169,7 +169,7 @@ class Alike:
         )
 
     def _masses_alike(self, M: np.ndarray) -> bool:
-        """Are the inertias those of this system, but for a factor that no rank depends on?"""
+        """Does the system have these inertias, but for a factor that no rank depends on?"""
         share = np.diag(M) / self.metric
         return bool(np.all((share > 1.0 / APART) & (share < APART)))
 

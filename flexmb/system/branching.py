@@ -97,7 +97,7 @@ class Neighbourhood:
     def closed(self, change: np.ndarray, t: float):
         """Return the state after a change of the configuration, closed again, or None; and what closing changed of it.
 
-        The second number is the size of what was changed, relative to that of the change; the third all that changed.
+        The second number is the size of what was changed over the size of the change; the third all that changed.
         """
         system = self.system
         state = self.at(self.state.q, np.zeros(system.nu), t)
@@ -202,7 +202,7 @@ def require_motion_to_begin(system: System, state, work) -> list[str]:
     """Raise CompileError where no motion has the velocity and acceleration of a singular start; tell of other ones.
 
     At a regular state closing the equations changes a short step along u t + a t^2/2 by a part as small as the step. At
-    a singular one the accelerations are those of more freedoms than there are: forces would have to be infinite to
+    a singular one the accelerations belong to more freedoms than there are: forces would have to be infinite to
     guide the motion, or nothing decides which branch it takes.
     """
     found = branching(system, state, work)

@@ -218,7 +218,7 @@ class Loops:
         return tuple(dict.fromkeys((hold.period, hold.offset) for hold in self.holds if hold.clock >= 0))
 
     def _sensor(self, given: Any) -> Any:
-        """Return a sensor that is given, or that of the model with this name."""
+        """Return a sensor that is given, or the model's sensor with this name."""
         model = self.compiler.model
         if not isinstance(given, str):
             given.check(model)

@@ -161,7 +161,7 @@ def _axis(system: System, work, marker: str) -> str:
 
 
 def _turn(system: System, work, name: str, radians: float) -> float:
-    """Return the angle of a joint with the residual `radians`: that of perpendicular axes is its sine."""
+    """Return the angle of a joint with the residual `radians`; for perpendicular axes the residual is its sine."""
     span = system.joint_equations[name]
     sines = [
         abs(float(work.equations["g"][k]))

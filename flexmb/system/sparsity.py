@@ -184,7 +184,7 @@ def _legs(nodes: _Nodes, equations, within, place):
     legs["iT"] = np.cumsum(size) - size
     legs["iS"] = legs["iT"] + moved
     equations["legs"] = np.bincount(legs["equation"], minlength=len(equations))
-    equations["leg"] = np.searchsorted(legs["equation"], np.arange(len(equations)))  # those of one follow each other
+    equations["leg"] = np.searchsorted(legs["equation"], np.arange(len(equations)))  # a joint's follow each other
     return legs, np.concatenate(transposed)
 
 

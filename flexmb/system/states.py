@@ -1,7 +1,7 @@
 """First-order states of forces and blocks, x' = f(t, x, what is measured), in the layout of the bodies' coordinates.
 
 A state is a velocity: it stands among the velocities u, its rate among the accelerations, and its time integral, which
-nothing reads, among the coordinates. The equation of motion of a group of states is that of a body of unit mass,
+nothing reads, among the coordinates. A group of states has the equation of motion of a body of unit mass,
 
     x' - f(t, x, q, u) = 0                                                            eq. (state-residual)
 

@@ -15,7 +15,7 @@ __all__ = ["Wrenches"]
 
 
 class Wrenches:
-    """Gives the forces whose wrenches are measured their channels, behind those of the forces that follow."""
+    """Gives the forces whose wrenches are measured their channels, behind the forces that follow."""
 
     def __init__(self, compiler):
         self.compiler = compiler

@@ -97,7 +97,7 @@ def column_scales(values: np.ndarray, unit: str) -> np.ndarray:
 
 
 def _slow(solution: Solution) -> dict[str, float]:
-    """Return speeds that would not move anything by more than `PLACE` in the whole run: those of a model at rest."""
+    """Return speeds that would not move anything by more than `PLACE` in the whole run: the model is at rest."""
     duration = float(solution.t[-1] - solution.t[0])
     if duration <= 0.0:
         return {}

@@ -265,7 +265,7 @@ def _of_body(phase: Phase, system, work, single: _Single, samples: list[int]) ->
 
 def _floors(scale: np.ndarray, groups, size: float) -> list[float]:
     """Return what forces, moments and other forces are compared with at least: where there is none of a kind but
-    rounding, that of the other kinds tells what rounding is.
+    rounding, the other kinds tell what rounding is.
     """
     levers = (1.0, size, 1.0)
     force = max(

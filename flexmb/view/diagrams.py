@@ -63,7 +63,7 @@ class Diagram:
     scale: str = ""
 
     def curves(self, runs: Mapping[str, Any]) -> tuple[list[Line], str, str]:
-        """Return the curves of all runs that have the sensors, the label of the ordinate and that of the abscissa."""
+        """Return the curves of all runs that have the sensors, and the labels of ordinate and abscissa."""
         runs = self._of_these(runs)
         found = [
             (run, wanted, _values(solution, wanted), _abscissa(solution, self.x))
@@ -183,7 +183,7 @@ class LaidOut(NamedTuple):
 
 
 def laid_out(runs: Mapping[str, Any], diagrams: Sequence[str | Diagram]) -> list[LaidOut]:
-    """Return the curves of diagrams; those of one `scale` have one range of ordinates."""
+    """Return the curves of diagrams; curves of one `scale` share the range of ordinates."""
     made = [(diagram, *diagram.curves(runs)) for diagram in map(as_diagram, diagrams)]
     return [LaidOut(*entry, _ordinates(entry[0].scale, made)) for entry in made]
 

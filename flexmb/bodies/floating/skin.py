@@ -23,7 +23,7 @@ __all__ = ["with_skins"]
 def with_skins(data: ModalNeutralData, skins, title: str):
     """Return the data with a station for every point of the skins, their patches and faces, and the thickness, m.
 
-    The thickness is twice the volume per area of the solid, as that of `Shape`.
+    The thickness is twice the volume per area of the solid, as in `Shape`.
     """
     patches, faces, thickness = {}, {}, {}
     outer, sheets = skin_triangles(data.cells) if len(data.nodes) else (np.zeros((0, 3), int),) * 2

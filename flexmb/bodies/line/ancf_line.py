@@ -25,7 +25,7 @@ from flexmb.told import tell
 __all__ = ["AncfLine", "between_middles", "element_momentum"]
 
 MOST = 100_000
-"""Elements of one line: those of a cable take half a minute to check, and 2 GB."""
+"""Elements of one line: so many of a cable take half a minute to check, and 2 GB."""
 
 COLLAPSED = 0.01
 """Share of its length or volume below which an element counts as collapsed."""

@@ -15,7 +15,7 @@ READ = frozenset(
         *("CENTROID", "SHELL SECTION", "SOLID SECTION", "SPRING", "TIE", "TRANSFORM", "TRANSVERSE SHEAR STIFFNESS"),
     )
 )
-"""Keywords that the reader takes, besides those of the mesh, of parts and of steps."""
+"""Keywords that the reader takes, besides keywords of the mesh, of parts and of steps."""
 
 LEFT_OUT = frozenset(
     (

@@ -52,7 +52,7 @@ def following(flat: Flat, section: Block, name: str) -> Block | None:
 def _segments(group: list[Element], block: Block) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return pairs of nodes, element numbers, and the nodes that give the direction n1 (-1: none).
 
-    Three nodes on a line give two pairs. A node beyond those of the line gives the direction.
+    Three nodes on a line give two pairs. One more node gives the direction.
     """
     pairs, labels, directions = [], [], []
     for element in group:

@@ -105,7 +105,7 @@ class Lines:
 
 
 def deck_lines(path: Path) -> Lines:
-    """Return the lines of a deck, those of INCLUDE files in their places."""
+    """Return the lines of a deck, with INCLUDE files in their places."""
     lines = Lines()
     _read(path, path.parent, lines, ())
     return lines

@@ -1,6 +1,6 @@
 """In which units a deck may be: judged by stiffness, density, size and mass together, all systems that fit by rank.
 
-Every system turns the numbers of the deck into SI. A system fits as well as its moduli and densities are those of
+Every system turns the numbers of the deck into SI. A system fits as well as its moduli and densities match
 something that structures are made of; the distance is counted in decades.
 """
 

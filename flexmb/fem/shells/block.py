@@ -122,7 +122,7 @@ class ShellBlock:
         return self._in_body_axes(total)
 
     def _drilled(self, at, shear: np.ndarray) -> np.ndarray | float:
-        """Return what ties the rotation about the normal to that of the plane at a point, (ne, 6 c, 6 c)."""
+        """Return what ties the rotation about the normal to the rotation of the plane at a point, (ne, 6 c, 6 c)."""
         if self.spring is not None:
             return _weighted(drilling_row(self.corners, at, False)[:, None, :], self.spring * shear, at.weight)
         if self.cell_type == "triangle":  # OPT resists by itself

@@ -21,7 +21,7 @@ __all__ = ["LaminateBlock", "laminate", "turned_plane"]
 
 
 ISOTROPIC = 1e-9
-"""Share of the largest elasticity by which that of turned axes may differ."""
+"""Share of the largest elasticity by which turned axes may change it."""
 FLAT = 1e-9
 """Share of the thickness by which offsets may differ."""
 
@@ -47,7 +47,7 @@ class LaminateBlock(ShellBlock):
         Share of the in-plane shear stiffness that holds the rotation about the normal, where the membrane has none of
         its own; None: the membrane turns with its corners.
     point_masses : bool
-        Lumped masses have no rotary inertia, as those of Nastran.
+        Lumped masses have no rotary inertia, as in Nastran.
     heights : (ne, c), m
         Of the nodes over the *reference plane*, an offset of the layup included.
     """

@@ -70,7 +70,7 @@ class SolidElement:
         Polynomial order of the integration rules (per direction for hexahedra).
     incompatible : bool
         Adds the incompatible displacement modes of Wilson in the form of Taylor, Beresford & Wilson 1976; in a wedge
-        those of second degree of the triangle and of the height, without products.
+        the second-degree terms of the triangle and of the height, without products.
     """
 
     cell_type: str

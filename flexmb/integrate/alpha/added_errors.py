@@ -1,4 +1,4 @@
-"""The motion beside that of a run: its begin, and its continuation over a new start."""
+"""The second motion beside a run: its begin, and its continuation over a new start."""
 
 from __future__ import annotations
 

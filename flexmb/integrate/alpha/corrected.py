@@ -1,7 +1,7 @@
-"""A second motion beside that of a run, without the local errors that are known: how far the two are apart is what the
+"""A second motion beside the run's, without the local errors that are known: how far the two are apart is what the
 errors have added up to, with all growth on the way.
 
-Its steps are those of the run, with the local errors of displacement and velocity taken off, and are solved with the
+It takes the steps of the run, with the local errors of displacement and velocity taken off, and are solved with the
 matrix of the run by one correction: one evaluation more in a step. Theory: integrators.
 """
 

@@ -175,7 +175,7 @@ class Controls(NamedTuple):
     """s, step size at which a run ends"""
     iterations: int
     sweeps: int
-    """to solve for the accelerations of samples, 0: those of the step"""
+    """to solve for the accelerations of samples, 0: of the step"""
     friction: bool
     """forces depend on the multipliers"""
     trend: float

@@ -252,7 +252,7 @@ class Descent:
         """Would a part of the move go against the force, along a motion that M / step^2 + K pushes on?
 
         Looked for among the Ritz vectors of the motions that it resists least. An unstable motion without force, as
-        that of a straight column out of its line, is left alone.
+        such as a straight column leaving its line, is left alone.
         """
         nu = self.system.nu
         for _ in range(2):

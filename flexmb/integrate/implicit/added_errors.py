@@ -1,4 +1,4 @@
-"""The motion beside that of a run, without the local errors that are known, of the implicit Runge-Kutta steps.
+"""The second motion beside a run of implicit Runge-Kutta steps, without the local errors that are known.
 
 It is carried as its distance from the run, in the unknowns of the tree. A step takes it on by the trapezoidal rule in
 two halves, from the start over the second stage, which lies in the middle, to the end: the matrix of the stages is that
@@ -79,7 +79,7 @@ class BesideRun(Record):
 
 @structure
 class Beside(NamedTuple):
-    """The distance of the motion beside from that of the run, at the present time."""
+    """The distance of the second motion from the run's, at the present time."""
 
     dx: Floats
     """(nx,) of the unknowns"""

@@ -96,7 +96,7 @@ class Stages(NamedTuple):
     """Storage of the steps."""
 
     x: Floats
-    """(nx,) unknowns of the stage at hand, at the end those of the step"""
+    """(nx,) unknowns of the stage at hand, at the end of the step"""
     v: Floats
     """(nv,) rates, likewise"""
     a: Floats

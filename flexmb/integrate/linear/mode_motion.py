@@ -23,7 +23,7 @@ def mode_motion(model: Model, about: Any = None, *, mode: int = 0, frames: int =
     """Return one mode over a period of its frequency, without its growth or decay, for `write_vtk` and `view.render`.
 
     The configuration follows the straight mode shape, Re(shape exp(i w t)), from an end of the motion on: joints open
-    with the square of the amplitude. Velocities and reactions are not those of a motion; read no sensors of it.
+    with the square of the amplitude. Velocities and reactions mean nothing here; read no sensors of it.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ class Plant:
     units : tuple of str
         Of the outputs.
     poles : (n,), 1/s
-        Eigenvalues of A, found as those of the `Linearization`, before forces are divided by masses: slow motions of
+        Eigenvalues of A, taken from the `Linearization`, before forces are divided by masses: slow motions of
         heavy parts on stiff meshes are lost in the rounding of A.
     accuracy : (p,)
         Largest error that the differences may have, relative to the largest derivative of each output.
@@ -234,7 +234,7 @@ def _rates(A, B, C, D, found, doubt) -> list[np.ndarray]:
 
 
 def _compare(name: str, linear, found: np.ndarray) -> None:
-    """Warn if the accelerations (n, nz + n) of small changes are not those of the exact tangents."""
+    """Warn if the accelerations (n, nz + n) of small changes differ from the exact tangents."""
     nz, n = linear.Q.shape
     exact = state_matrix(linear)[nz:]
     stiff = np.abs(exact[:, :nz]).max(initial=0.0)

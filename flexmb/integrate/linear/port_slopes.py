@@ -160,7 +160,7 @@ def state_slopes(system, state, places: np.ndarray, velocities: np.ndarray, outp
 
 def signal_slopes(system, state, port: InputPort | NamedInput, outputs: list[OutputPort]) -> tuple[np.ndarray, Slopes]:
     """Return how all coordinates move with a signal (nu,), zero unless it drives, and the derivatives by the signal,
-    its rate and its second rate: three columns, accelerations besides those of that motion.
+    its rate and its second rate: three columns, accelerations besides that motion's own.
     """
     signal = port.signal(system.model)
     value = 0.0 if signal.follows else abs(float(signal.sample(state.t)[0]))

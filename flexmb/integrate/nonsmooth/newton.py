@@ -275,7 +275,7 @@ def newton(p, parts, v: np.ndarray, xi_of, goal: float) -> tuple[float, int]:
             P, left = trial, better
     if left > goal and n <= DENSE:
         trial = P
-        for softness in SOFTEST:  # the solution of soft contacts is unique, and leads to that of rigid ones
+        for softness in SOFTEST:  # the solution of soft contacts is unique, and leads to the rigid one
             soft = (D + sparse.diags(softness / scale)).tocsr() if softness > 0.0 else D
             trial, better, taken = _whole(p, first, scale, soft, q, trial, goal, 0.0)
             steps += taken

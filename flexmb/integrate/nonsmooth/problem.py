@@ -140,7 +140,7 @@ def _write_leg(point, marker, sign, rows, J, W, at):
 
 @kernel
 def write_problem(problem, work, S, pattern, parts):
-    """Write W, X and D of all contacts with the factors S; velocities are those of the markers of `work`."""
+    """Write W, X and D of all contacts with the factors S; velocities are taken from the markers of `work`."""
     p = problem
     total = len(parts.of)
     b, given = np.zeros(total), np.zeros(total)

@@ -108,7 +108,7 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
 
 @kernel
 def carry_impulses(p, before, P, count):
-    """Give contacts the impulses (W axes, `P` (count, 6)) of the step before as a start, those of the nearest point of
+    """Give contacts the impulses (W axes, `P` (count, 6)) of the step before as a start, from the nearest point of
     the same pair; both are sorted by pairs.
     """
     first = 0

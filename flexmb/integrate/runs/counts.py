@@ -14,7 +14,7 @@ GREATEST = ("most ", "largest ")
 
 
 def together(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the numbers of two parts of a run as those of one."""
+    """Return the numbers of two parts of a run added up."""
     found = dict(before)
     for name, number in after.items():
         known = before.get(name, 0)

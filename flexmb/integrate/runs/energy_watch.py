@@ -126,7 +126,7 @@ class EnergyWatch:
         return self._inertias(rows) / self._units()
 
     def _rest(self, rows: dict[str, np.ndarray]) -> float:
-        """Return the kinetic energy (J) of a motion that counts as none; that of a moment is not known."""
+        """Return the kinetic energy (J) of a motion that counts as none; it is not known for a moment."""
         span = float(rows["t"][-1]) - self.began
         if span <= SHORT:
             return np.inf

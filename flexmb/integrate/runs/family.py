@@ -43,7 +43,7 @@ class Family:
         progress: Callable[[float, float], None] | None = None,
         time_limit: float | None = None,
     ) -> Solution:
-        """Return the motion of a variant; arguments and errors are those of `simulate`.
+        """Return the motion of a variant; arguments and errors as in `simulate`.
 
         Raises
         ------

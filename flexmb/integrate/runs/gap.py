@@ -1,4 +1,4 @@
-"""How far a motion without the known local errors of the steps has gone away from that of a run."""
+"""How far a motion without the known local errors of the steps has gone away from the run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ away to follow."""
 
 
 class Gap(Record):
-    """How far the motion without known local errors has been from that of the run, and how far the run has moved."""
+    """How far the motion without known local errors has been from the run, and how far the run has moved."""
 
     followed: int
     """1 while it is followed"""

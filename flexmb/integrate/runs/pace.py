@@ -1,6 +1,6 @@
 """How fast a run gets on: what is left of it at its pace, and whether it gets on at all.
 
-The pace is that of the latest seconds of work, not of the whole run: steps that suddenly become very short would hide
+The pace covers the latest seconds of work, not the whole run: steps that suddenly become very short would hide
 behind a quick begin for as long again.
 """
 

@@ -65,7 +65,7 @@ def resume(
     read_model : callable (text, {body name: ModalNeutralData}) -> Model
         Makes the model from the text in the file (`flexmb.read_model_text`); needed with a path.
     write_model, progress, time_limit
-        As `simulate`; the limit is that of the continued part.
+        As `simulate`; the limit counts for the continued part.
 
     Raises
     ------

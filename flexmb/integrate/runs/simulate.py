@@ -232,7 +232,7 @@ def run_assembled(
     clock : float, s
         When the computation began.
     regular : bool
-        Is it known that the motion goes on from there, as those of other variants? They are over before anyone looks:
+        Is it known that the motion goes on from there, as in other variants? They are over before anyone looks:
         all samples are asked for at once.
     """
     system, begin = assembled

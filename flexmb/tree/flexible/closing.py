@@ -1,4 +1,4 @@
-"""Closed loops of trees with flexible links: as those of rigid links, with a mobility that need not be symmetric.
+"""Closed loops of trees with flexible links: as for rigid links, with a mobility that need not be symmetric.
 
 What the wrench of a unit multiplier leaves at joints and modes is found twice: of the wrench as a load, ``b``, and of
 the equation's own row against the transposed inertias, ``c``. The mobility is ``A_mn = sum c_m D b_n``; without

@@ -272,7 +272,7 @@ def _times(A, E, m, out):
 
 @kernel
 def add_links(E, loaded, A, m, P, K, L, B, product):
-    """Add inertia and force A (6, 8) of what a place carries, moved to the frame, to those of the body."""
+    """Add inertia and force A (6, 8) of what a place carries, moved to the frame, to the body's."""
     for i in range(6):
         for j in range(8):
             P[i, j] += A[i, j]
@@ -297,7 +297,7 @@ def _add_modal(sign, loaded, product, m, K):
 
 @kernel
 def hang(E, loaded, m, P, K, L, B, product):
-    """Go from the rate of the frame to that of the own marker, moved to the frame: V_frame = V - E eta''."""
+    """Go from the rate of the frame to the rate of the own marker, moved to the frame: V_frame = V - E eta''."""
     _times(P, E, m, product)
     for i in range(6):
         for j in range(m):

@@ -96,7 +96,7 @@ def _stiffen(tree, body, n, products, at):
 
 @inner_kernel
 def _take_loads(row, E, loaded, m, A, half, P, L, out):
-    """Add the force of a place without links to that of the body."""
+    """Add the force of a place without links to the force of the body."""
     for i in range(6):
         A[i, 6] = row.force[i]
         for j in range(6):

@@ -14,7 +14,7 @@ __all__ = ["add_own", "give_wide", "move_wide", "open_wide"]
 
 @kernel
 def add_own(row, P):
-    """Add the symmetric part of an inertia, its own and that of rigid links on it, to the rest P."""
+    """Add the symmetric part of an inertia, its own and of rigid links on it, to the rest P."""
     k = 0
     for i in range(3):
         for j in range(i, 3):
@@ -171,7 +171,7 @@ def open_wide(link, row, wide, block, factor, tau, A, pivots, column):
 
 @kernel
 def give_wide(row, P, force, of_parent, parent, A, half, out):
-    """Add inertia P (6, 6) and force (6,) of a link to those of its parent; three (6, 8) are scratch."""
+    """Add inertia P (6, 6) and force (6,) of a link to its parent's; three (6, 8) are scratch."""
     for i in range(6):
         for j in range(6):
             A[i, j] = P[i, j]
