@@ -141,7 +141,7 @@ def check_count(count: float, name: str, title: str, most: int = MOST_PATCHES) -
     if not 1 <= count <= most:
         raise ModelError(
             title,
-            found=f"skin {name} of {count:.0f} points",
+            found=f"skin {name} of {count:.7g} points",
             expected=f"1 to {most} points",
             remedy="Give a larger spacing, or a smaller set of nodes",
         )

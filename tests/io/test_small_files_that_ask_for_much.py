@@ -112,7 +112,7 @@ COUPLED = '[[joint]]\nkind = "{}"\nname = "part"\njoints = ["A", "slide"]\nmarke
             "divided by the roots of the masses",
         ),
         (COATED, ("{}", "0.1", "2147483648"), "points. Expected: 1 to 1000000 points"),
-        (COATED, ("{}", "1e-300", "1e300"), "skin coat of inf points"),
+        (COATED, ("{}", "1e-300", "1e300"), "skin coat of 1e+300 points"),
         (
             SHEET,
             ("[2, 2]", "[2, 2]\nskins = { coat = { kind = 'Skin', spacing = 1e-308 } }"),
