@@ -12,7 +12,7 @@ __all__ = ["require_counts", "require_unpacked"]
 HEADER = 1_000_000
 """bytes, within which the header of a PLY file, and the dimensions of a grid in a VTK file, stand."""
 GRID = 1_000_000
-"""Points of a regular grid in a file of any size: they need no bytes."""
+"""Cells of a regular grid in a file of any size: they need no bytes."""
 PER_BYTE, FEW = 100, 100_000_000
 """Bytes of all unpacked arrays for a byte of an .npz file, and of any file."""
 DIMENSIONS = re.compile(rb"^DIMENSIONS[ \t]+(\d+)[ \t]+(\d+)[ \t]+(\d+)", re.MULTILINE | re.IGNORECASE)
@@ -41,7 +41,8 @@ def require_counts(path: Path) -> None:
         with path.open("rb") as stream:
             grid = DIMENSIONS.search(stream.read(HEADER))
         if grid is not None:
-            _require([math.prod(map(int, grid.groups()))], max(size, GRID))
+            cells = [max(int(count) - 1, 1) for count in grid.groups()]  # a byte for each of them may be all there is
+            _require([math.prod(cells)], max(size, GRID))
 
 
 def require_unpacked(path: Path) -> None:

@@ -94,9 +94,42 @@ def test_offsets_of_beams(tmp_path):
 
 
 def test_centroid_of_a_general_section(tmp_path):
-    general = "*BEAM GENERAL SECTION, ELSET=B, SECTION=GENERAL, MATERIAL=S\n1e-3, 1e-6, 0., 2e-6, 1e-6\n0., 1., 0.\n"
-    along = tip(read(tmp_path, f"{HEAD}{STEEL}{general}*CENTROID\n.02, -.03\n"), 0)
+    along = tip(read(tmp_path, f"{HEAD}{STEEL}{GENERAL}*CENTROID\n.02, -.03\n"), 0)
     np.testing.assert_allclose(along[1:3], LENGTH**2 / 2 / E * np.array([0.02 / 2e-6, -0.03 / 1e-6]), rtol=1e-6)
+
+
+GENERAL = "*BEAM GENERAL SECTION, ELSET=B, SECTION=GENERAL, MATERIAL=S\n1e-3, 1e-6, 0., 2e-6, 1e-6\n0., 1., 0.\n"
+
+
+@pytest.mark.parametrize(("behind", "place"), [("", (0.0, 0.0)), ("*SHEAR CENTER\n.01, .04\n", (0.01, 0.04))])
+def test_shear_centre_of_a_general_section(tmp_path, behind, place):
+    """A force at the nodes twists by its arm about the shear centre, which is not the area centre."""
+    fe = read(tmp_path, f"{HEAD}{STEEL}{GENERAL}*CENTROID\n.02, -.03\n{behind}")
+    assert tip(fe, 1)[3] == pytest.approx(place[1] * LENGTH / G / 1e-6, rel=1e-6)
+    assert tip(fe, 2)[3] == pytest.approx(-place[0] * LENGTH / G / 1e-6, rel=1e-6)
+
+
+def test_height_of_a_general_section_of_shape_i(tmp_path):
+    words = SECTIONS["I"][0]
+    kinds = ("BEAM SECTION", "BEAM GENERAL SECTION")
+    own = [
+        tip(read(tmp_path, f"{HEAD}{STEEL}*{k}, ELSET=B, MATERIAL=S, SECTION=I\n{words}\n0., 1., 0.\n"), 0)
+        for k in kinds
+    ]
+    assert abs(own[0][2]) > 1e-9
+    np.testing.assert_allclose(own[1], own[0], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("words", "first", "second"), [("1e6, 2e6", 2e6, 1e6), ("3e6", 3e6, 3e6), (", 3e6", 3e6, 3e6)])
+@pytest.mark.parametrize("general", [False, True])
+def test_transverse_shear_stiffness_of_beams(tmp_path, words, first, second, general):
+    """K23 and K13: l^3 / 3 E I + l / K along 2 and 1."""
+    rect = "*BEAM SECTION, ELSET=B, MATERIAL=S, SECTION=RECT\n.05, .08\n0., 1., 0.\n"
+    section = GENERAL if general else rect
+    inertias = (2e-6, 1e-6) if general else (0.08 * 0.05**3 / 12, 0.05 * 0.08**3 / 12)
+    fe = read(tmp_path, f"{HEAD}{STEEL}{section}*TRANSVERSE SHEAR STIFFNESS\n{words}\n")
+    for k, (inertia, stiff) in enumerate(zip(inertias, (first, second), strict=True)):
+        assert tip(fe, 1 + k)[1 + k] == pytest.approx(LENGTH**3 / 3 / E / inertia + LENGTH / stiff, rel=1e-6)
 
 
 def test_a_direction_along_the_beam_is_refused(tmp_path):

@@ -16,6 +16,7 @@ import pytest
 import flexmb as fmb
 from flexmb import fem, fmi
 from flexmb.errors import FlexmbError
+from flexmb.fem.announced import require_counts
 from flexmb.fem.foreign_memory import memory_for
 from flexmb.fem.surface_file import read_triangles
 
@@ -100,7 +101,7 @@ MESHES = {
     "blocks.vtu": VTU.format(
         'compressor="vtkZLibDataCompressor"', f'format="binary">{coded(10**15, 1 << 20, 0)}', ""
     ).encode(),
-    "unpacks.vtu": unpacking(1 << 30),
+    "unpacks.vtu": unpacking(3 << 28),
     "nodes.msh": GMSH % b"4.1" + b"$Nodes\n" + struct.pack("<QQQQiiiQ", 1, MANY, 1, MANY, 3, 1, 0, MANY) + bytes(100),
     "nodes2.msh": GMSH % b"2.2" + b"$Nodes\n%d\n" % MANY + bytes(280),
     "entities.msh": GMSH % b"4.1" + b"$Entities\n" + struct.pack("<QQQQ", 10**15, 0, 0, 0) + bytes(64),
@@ -179,6 +180,16 @@ def test_decks(tmp_path, name):
     refused(tmp_path / name, fem.read_deck)
 
 
+def test_voxels_of_a_byte_each(tmp_path):
+    """A grid has more points than cells, and a file of cells may have a byte for each of these."""
+    n = 121
+    data = b"DIMENSIONS %d %d %d\nORIGIN 0 0 0\nSPACING 1 1 1\nCELL_DATA %d\n" % (n, n, n, (n - 1) ** 3)
+    data += b"SCALARS part unsigned_char 1\nLOOKUP_TABLE default\n" + bytes((n - 1) ** 3)
+    (tmp_path / "voxels.vtk").write_bytes(VTK % (b"BINARY", b"STRUCTURED_POINTS") + data)
+    assert n**3 > (tmp_path / "voxels.vtk").stat().st_size > 1_000_000
+    require_counts(tmp_path / "voxels.vtk")
+
+
 def test_arrays_that_unpack(tmp_path):
     """A tenth of a megabyte of an .npz file that unpacks to 128 MB."""
     shape = io.BytesIO()
@@ -206,10 +217,10 @@ def test_chunks_that_unpack(tmp_path):
 
 
 def test_a_unit_whose_directory_lies(tmp_path):
-    """It says 1000 bytes of a description that unpacks to 256 MB."""
-    size = (1 << 28) + 7
+    """It says 1000 bytes of a description that unpacks to 201 MB."""
+    size = (3 << 26) + 7
     with zipfile.ZipFile(tmp_path / "a.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", b"<a>" + bytes(1 << 28) + b"</a>")
+        archive.writestr("modelDescription.xml", b"<a>" + bytes(3 << 26) + b"</a>")
     lying = (tmp_path / "a.fmu").read_bytes().replace(struct.pack("<I", size), struct.pack("<I", 1000))
     (tmp_path / "a.fmu").write_bytes(lying)
     load = fmb.PointLoad("push", marker="m.center", force=(fmb.input("force"), 0, 0))

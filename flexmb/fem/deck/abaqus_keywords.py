@@ -12,7 +12,8 @@ READ = frozenset(
         *("BEAM GENERAL SECTION", "BEAM SECTION", "BOUNDARY", "COUPLING", "DASHPOT", "DENSITY", "DISTRIBUTING"),
         *("DISTRIBUTING COUPLING", "ELASTIC", "EQUATION", "KINEMATIC", "KINEMATIC COUPLING", "MASS", "MATERIAL"),
         *("MEMBRANE SECTION", "MPC", "NODAL THICKNESS", "ORIENTATION", "RIGID BODY", "ROTARY INERTIA"),
-        *("CENTROID", "SHELL SECTION", "SOLID SECTION", "SPRING", "TIE", "TRANSFORM", "TRANSVERSE SHEAR STIFFNESS"),
+        *("CENTROID", "SHEAR CENTER", "SHELL SECTION", "SOLID SECTION", "SPRING", "TIE", "TRANSFORM"),
+        "TRANSVERSE SHEAR STIFFNESS",
     )
 )
 """Keywords that the reader takes, besides keywords of the mesh, of parts and of steps."""
@@ -36,7 +37,6 @@ LEFT_OUT = frozenset(
         "REBAR LAYER",
         "FLUID SECTION",
         "SHELL GENERAL SECTION",
-        "SHEAR CENTER",
         "TRANSVERSE SHEAR",
         "MATRIX INPUT",
     )

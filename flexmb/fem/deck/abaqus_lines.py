@@ -94,7 +94,11 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
         young, poisson, density, name = elastic.young, elastic.poisson, elastic.density, elastic.name
     if not young > 0.0 or not -1.0 < poisson < 0.5:
         raise block.wrong(f"E = {young:g}, nu = {poisson:g}", "an isotropic material")
-    section = _placed(section, _center(shape, block, flat, rows[0], deck))
+    section = _sheared(block, flat, section, young / (2.0 + 2.0 * poisson))
+    center = _center(shape, block, flat, rows[0], deck)
+    # a section given by its constants has its shear centre at the nodes where no keyword places it
+    shear_center = _pair(flat, block, "SHEAR CENTER") if shape == "GENERAL" else center
+    section = replace(section, area_center=center, shear_center=shear_center, mass_center=center)
     direction = np.array(block.reals(rows[1], 3, 0.0)) if len(rows) > 1 and any(rows[1]) else np.array([0.0, 0.0, -1.0])
     direction = flat.scopes[scope].rotation @ direction
     group = [element for element in elements if shape_of(element.kind)[0] == "beam"]
@@ -141,22 +145,34 @@ def _has_sides(section: Section) -> bool:
     return uneven or section.area_center != (0.0, 0.0)
 
 
-def _placed(section: Section, center: tuple[float, float]) -> Section:
-    """Return a section whose centres lie at a place (1, 2) from the line of nodes."""
-    return replace(section, area_center=center, shear_center=center, mass_center=center)
+def _sheared(block: Block, flat: Flat, section: Section, modulus: float) -> Section:
+    """Return a section with the K23, K13 of *TRANSVERSE SHEAR STIFFNESS, along 2 and 1; one counts for both."""
+    given = following(flat, block, "TRANSVERSE SHEAR STIFFNESS")
+    if given is None:
+        return section
+    second, first = given.reals(given.rows()[0][:2] if given.rows() else [], 2, 0.0)
+    first, second = first or second, second or first
+    if not (first > 0.0 and second > 0.0):
+        raise given.wrong(f"K23, K13 = {second:g}, {first:g}", "stiffnesses above zero")
+    return replace(section, shear_y=first / (modulus * section.area), shear_z=second / (modulus * section.area))
+
+
+def _pair(flat: Flat, block: Block, name: str) -> tuple[float, float]:
+    """Return the place (1, 2) that a keyword behind a section gives, zero without it."""
+    given = following(flat, block, name)
+    first, second = given.reals(given.rows()[0][:2] if given.rows() else [], 2, 0.0) if given is not None else (0, 0)
+    return float(first), float(second)
 
 
 def _center(shape: str, block: Block, flat: Flat, row: list[str], deck: Deck) -> tuple[float, float]:
     """Return the area centre (1, 2) from the line of nodes.
 
-    *CENTROID of general sections; the height l of an I, at which its nodes lie; OFFSET1 and OFFSET2 of CalculiX, the
-    place of the nodes over the centre in thicknesses; a box with unlike walls. An L has its centre at the nodes, as a
-    message says.
+    *CENTROID of sections given by constants; the height l of an I, at which its nodes lie; OFFSET1 and OFFSET2 of
+    CalculiX, the place of the nodes over the centre in thicknesses; a box with unlike walls. An L has its centre at the
+    nodes, as a message says.
     """
-    if block.name == "BEAM GENERAL SECTION":
-        given = following(flat, block, "CENTROID")
-        x1, x2 = given.reals(given.rows()[0] if given is not None and given.rows() else [], 2, 0.0) if given else (0, 0)
-        return float(x1), float(x2)
+    if shape == "GENERAL":
+        return _pair(flat, block, "CENTROID")
     d = block.reals([word for word in row if word])
     if shape == "I" and len(d) >= 7:
         low, height, b1, b2, t1, t2, t3 = d[:7]
