@@ -11,6 +11,7 @@ import pytest
 from fuzz import campaign, data_files, decks, extremes, model_files, new_kinds
 from fuzz.campaign import Campaign
 
+from flexmb import io
 from flexmb.errors import ModelError
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="campaigns fork their workers")
@@ -34,6 +35,13 @@ def test_nothing_but_messages(name):
     outcome = campaign.run(make(), 0, count)
     assert outcome.inputs == count
     assert outcome.bad == 0, outcome.report()
+
+
+def test_the_described_part_is_sound(tmp_path, monkeypatch):
+    """What is refused as it is tells nothing when it is damaged."""
+    monkeypatch.setenv("FLEXMB_BODIES", str(tmp_path / "bodies"))
+    (tmp_path / "part.toml").write_text(new_kinds.PART)
+    assert io.load_model(tmp_path / "part.toml").bodies[1].data.n_modes == 8
 
 
 @pytest.mark.slow
