@@ -179,6 +179,7 @@ def test_transverse_shear_stiffness_of_shells(tmp_path):
         (", DENSITY=5.", "", r"\*SHELL SECTION: the parameter DENSITY = 5. \(1\)"),
         ("", "*COUPLING, REF NODE=9, SURFACE=U, INFLUENCE RADIUS=.05\n*KINEMATIC\n", r"the parameter INFLUENCERADIUS"),
         (", SECTION INTEGRATION=GAUSS", "", None),
+        (", POISSON=0.3", "", None),
     ],
 )
 def test_parameters_are_used_told_or_without_effect(tmp_path, more, behind, words):
