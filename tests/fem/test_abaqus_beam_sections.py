@@ -84,6 +84,28 @@ def test_pipe_and_closed_box(tmp_path):
     assert tip(fe, 3)[3] == pytest.approx(LENGTH / G / constant, rel=1e-9)
 
 
+def test_an_ellipse(tmp_path):
+    """CIRC of CalculiX has two thicknesses: I = pi a b^3 / 4, J = pi a^3 b^3 / (a^2 + b^2)."""
+    fe = read(tmp_path, f"{HEAD}{STEEL}*BEAM SECTION, ELSET=B, MATERIAL=S, SECTION=CIRC\n.06, .04\n0., 1., 0.\n")
+    a, b = 0.03, 0.02
+    assert tip(fe, 1)[1] == pytest.approx(LENGTH**3 / 3 / E / (np.pi / 4 * a**3 * b), rel=1e-3)
+    assert tip(fe, 2)[2] == pytest.approx(LENGTH**3 / 3 / E / (np.pi / 4 * a * b**3), rel=1e-3)
+    assert tip(fe, 3)[3] == pytest.approx(LENGTH / G / (np.pi * (a * b) ** 3 / (a**2 + b**2)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("shape", "more", "behind", "words"),
+    [
+        ("I", ", OFFSET1=.5", "", "OFFSET1, OFFSET2 of a section I"),
+        ("L", ", OFFSET2=.5", "", "OFFSET1, OFFSET2 of a section L"),
+        ("RECT", "", "*CENTROID\n.01, 0.\n", "CENTROID behind a section RECT"),
+    ],
+)
+def test_places_that_a_section_does_not_take_are_told(tmp_path, shape, more, behind, words):
+    section = f"*BEAM SECTION, ELSET=B, MATERIAL=S, SECTION={shape}{more}\n{SECTIONS[shape][0]}\n0., 1., 0.\n"
+    assert words in "; ".join(read(tmp_path, HEAD + STEEL + section + behind).source["left_out"])
+
+
 def test_offsets_of_beams(tmp_path):
     """OFFSET1 = 0.5: the nodes lie on the face towards 1, the axis half the thickness beneath (CalculiX)."""
     words = "*BEAM SECTION, ELSET=B, MATERIAL=S, SECTION=RECT, OFFSET1=0.5, OFFSET2=-1.\n.05, .08\n0., 1., 0.\n"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from math import pi
 
 import numpy as np
 
@@ -173,7 +174,14 @@ def _center(shape: str, block: Block, flat: Flat, row: list[str], deck: Deck) ->
     """
     if shape == "GENERAL":
         return _pair(flat, block, "CENTROID")
+    for name in ("CENTROID", "SHEAR CENTER"):
+        if following(flat, block, name) is not None:
+            deck.inventory.left_out[f"*{name} behind a section {shape}, which has its own"] += 1
     d = block.reals([word for word in row if word])
+    words = [block.parameters.get(name, "0") or "0" for name in ("OFFSET1", "OFFSET2")]
+    if shape in ("I", "L") and any(block.reals(words)):
+        deck.inventory.left_out[f"*{block.name}: OFFSET1, OFFSET2 of a section {shape}"] += 1
+        words = ["0", "0"]
     if shape == "I" and len(d) >= 7:
         low, height, b1, b2, t1, t2, t3 = d[:7]
         areas = np.array([b1 * t1, b2 * t2, (height - t1 - t2) * t3])
@@ -182,9 +190,8 @@ def _center(shape: str, block: Block, flat: Flat, row: list[str], deck: Deck) ->
     if shape == "L":
         deck.inventory.approximated["sections L, with their area centres at the nodes"] += 1
     sizes = [d[0] * (2.0 if shape == "PIPE" or (shape.startswith("CIRC") and len(d) < 2) else 1.0)] * 2
-    if (shape.startswith("RECT") or shape == "BOX") and len(d) > 1:
+    if shape.startswith(("RECT", "CIRC", "BOX")) and len(d) > 1:
         sizes = d[:2]
-    words = [block.parameters.get(name, "0") or "0" for name in ("OFFSET1", "OFFSET2")]
     first, second = (-x * size for x, size in zip(block.reals(words), sizes, strict=True))
     if shape == "BOX":
         right, top, left, bottom = (d + d[2:3] * 4)[2:6]
@@ -202,6 +209,8 @@ def _section(shape: str, block: Block, d: list[float]) -> Section:
             c = constants("BAR", [d[1] if len(d) > 1 else d[0], d[0]])  # a along 1, b along 2
         elif shape in ("CIRC", "CIRCULAR"):
             # CalculiX gives two thicknesses, Abaqus one radius
+            if len(d) > 1 and d[1] != d[0]:
+                return _ellipse(d[0] / 2.0, d[1] / 2.0)
             c = constants("ROD", [d[0] if len(d) < 2 else d[0] / 2.0])
         elif shape == "PIPE":
             c = constants("TUBE2", d[:2])
@@ -220,6 +229,25 @@ def _section(shape: str, block: Block, d: list[float]) -> Section:
     except (ValueError, IndexError) as error:
         raise block.wrong(f"{shape} {d}: {error}", "the dimensions of that section") from None
     return _made(c)
+
+
+def _ellipse(first: float, second: float) -> Section:
+    """Return an ellipse of half axes along 1 and 2, with the shear factor of a circle.
+
+    Torsion: S. Timoshenko & J. N. Goodier, Theory of Elasticity, the section on elliptic bars.
+    """
+    if not (first > 0.0 and second > 0.0):
+        raise ValueError("dimensions that are not positive")
+    area = pi * first * second
+    return Section.values(
+        area,
+        area * second**2 / 4.0,
+        area * first**2 / 4.0,
+        area * (first * second) ** 2 / (first**2 + second**2),
+        0.9,
+        0.9,
+        fibres=((first, 0.0), (0.0, second), (-first, 0.0), (0.0, -second)),
+    )
 
 
 def _made(c: Constants) -> Section:
