@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.integrate
 
 import flexmb as fmb
+from flexmb.integrate.runs import interruption as interruptions
 from flexmb.integrate.runs import phases
-from flexmb.integrate.runs.interruption import Interruption
+from flexmb.integrate.runs.interruption import Interruption, look_within_step
 from flexmb.integrate.runs.patience import Patience
 
 
@@ -47,6 +49,44 @@ def test_the_second_time_is_immediate():
         os.kill(os.getpid(), signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_a_step_gets_a_moment_to_end_by_itself(monkeypatch):
+    clock = [100.0]
+    monkeypatch.setattr(interruptions.time, "monotonic", lambda: clock[0])
+    with Interruption() as interruption:
+        interruption.look()
+        look_within_step()
+        os.kill(os.getpid(), signal.SIGINT)
+        clock[0] += 0.9 * interruptions.GRACE
+        look_within_step()
+        clock[0] += 0.2 * interruptions.GRACE
+        with pytest.raises(KeyboardInterrupt):
+            look_within_step()
+    look_within_step()
+
+
+@pytest.mark.parametrize("method", ["RK45", "Radau"])
+def test_a_step_that_does_not_end_is_cut_off(method, monkeypatch):
+    """Ctrl-C within a step of SciPy that never returns: it tries on and on. What was kept before stays."""
+    begun = []
+
+    def endless(solver):
+        if solver.t > 0.2:
+            begun.append(solver.t)
+            os.kill(os.getpid(), signal.SIGINT)
+            for _ in range(10_000_000):
+                solver.fun(solver.t, solver.y)
+        return step(solver)
+
+    solver = getattr(scipy.integrate, method)
+    step = solver.step
+    monkeypatch.setattr(interruptions, "GRACE", 0.05)
+    monkeypatch.setattr(solver, "step", endless)
+    run = fmb.simulate(PENDULUM, 1.0, samples=1001, integrator=fmb.Explicit(method=method))
+    assert run.status.kind == "interrupted"
+    assert 0.0 < run.t[-1] <= begun[0]
+    assert len(begun) == 1
 
 
 def test_handlers_are_put_back():

@@ -24,11 +24,13 @@ from flexmb.system.complaints import without_value
 from flexmb.system.program import evaluate
 from flexmb.tree.rigid.link_tree import no_links
 
-__all__ = ["ATOL", "AUGMENTED", "CompiledRun"]
+__all__ = ["ATOL", "AUGMENTED", "CAUTIOUS", "CompiledRun"]
 
 AUGMENTED = Augmented()
 ATOL = 1e-10
 """Usual absolute tolerance: m, rad and per second."""
+CAUTIOUS = 1e-6
+"""s, first step where rates say nothing about its size."""
 
 
 class CompiledRun:
@@ -112,14 +114,14 @@ class CompiledRun:
             return float(np.sqrt(np.mean((x / scale) ** 2)))
 
         d0, d1 = size(s.y), size(s.K[0])
-        h = 1e-6 if min(d0, d1) < 1e-5 else 0.01 * d0 / d1
+        h = CAUTIOUS if min(d0, d1) < 1e-5 else 0.01 * d0 / d1
         if not (h > 0.0 and np.isfinite(h)):  # rates or positions at the end of the range of numbers
-            return 1e-6
+            return CAUTIOUS
         s.y1[:] = s.y + h * s.K[0]
         if not self._found(s.run[0].t + h, 1):
             return h
         d2 = size(s.K[1] - s.K[0]) / h
-        most = max(1e-6, 1e-3 * h) if max(d1, d2) <= 1e-15 else (0.01 / max(d1, d2)) ** 0.125
+        most = max(CAUTIOUS, 1e-3 * h) if max(d1, d2) <= 1e-15 else (0.01 / max(d1, d2)) ** 0.125
         return float(min(100.0 * h, most))
 
     @property

@@ -9,11 +9,12 @@ import numpy as np
 
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.explicit import closed_steps
-from flexmb.integrate.explicit.compiled_run import ATOL, AUGMENTED, CompiledRun
+from flexmb.integrate.explicit.compiled_run import ATOL, AUGMENTED, CAUTIOUS, CompiledRun
 from flexmb.integrate.explicit.drift import PATIENCE, VANISHING
 from flexmb.integrate.explicit.through import run_through
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.motion import Motion, run_samples
+from flexmb.integrate.runs.interruption import look_within_step
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import Patience
 from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
@@ -26,6 +27,15 @@ __all__ = ["Explicit"]
 
 METHODS = ("DOP853", "RK45", "Radau")
 FORMULATIONS = "Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()"
+
+
+NOWHERE = 1e-30
+"""Part of the time of the run below which a trial of a step leads nowhere: near t = 0 SciPy tries shorter ones, down to
+1e-323 s, where the state is at the end of the range of numbers."""
+
+
+class _Nowhere(Exception):
+    """A step is tried that leads nowhere."""
 
 
 class _Run:
@@ -53,7 +63,7 @@ class _Run:
     def _solver(self, t: float, y: np.ndarray, first: float | None = None):
         """Return the solver at a state, with a first step or one of its own choice."""
         with np.errstate(over="ignore", invalid="ignore"):
-            return self.method(
+            solver = self.method(
                 self.rates,
                 t,
                 y,
@@ -63,6 +73,10 @@ class _Run:
                 max_step=self.settings.largest or np.inf,
                 first_step=first,
             )
+        if not np.isfinite(solver.h_abs):  # rates or positions at the end of the range of numbers
+            # shortened or not, it would stay no number, and SciPy would try it for ever within one step
+            solver.h_abs = min(CAUTIOUS, abs(solver.t_bound - t))
+        return solver
 
     def _cut(self, before: tuple[float, np.ndarray]) -> bool:
         """Was the step too long for a contact? Then it is taken back, and a shorter one will be tried."""
@@ -86,6 +100,9 @@ class _Run:
 
     def rates(self, t: float, y: np.ndarray) -> np.ndarray:
         """Callback of the solver: rates of the unknowns and of the works."""
+        look_within_step()
+        if self.solver is not None and 0.0 < t - self.solver.t < NOWHERE * self.span:
+            raise _Nowhere
         self.counts["evaluations"] += 1
         try:
             return np.concatenate(self.motion.unknowns.rates(t, y[: self.nx], y[self.nx : self.end], self.motion.solve))
@@ -126,28 +143,32 @@ class _Run:
                     message = solver.step()
             except ValueError:  # Radau: a matrix that is not finite
                 solver.status, message = "failed", "the iteration of the method met numbers that are not finite"
+            except _Nowhere:
+                why = f"; {self.complaint}" if self.complaint else ""
+                return f"no step can be taken at t = {solver.t:.9g} s, however short{why}{self._worst()}"
             self.counts["steps"] += 1
             self.left -= 1
             # one short step may end at a sample; many in a row get nowhere
             vanishing = solver.step_size is not None and solver.step_size < VANISHING * self.span
             self.short = self.short + 1 if vanishing else 0
             if self.short > PATIENCE and solver.status == "running":
-                worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
-                return f"the step size fell below {VANISHING * self.span:.3g} s at t = {solver.t:.9g} s{worst}"
+                return f"the step size fell below {VANISHING * self.span:.3g} s at t = {solver.t:.9g} s{self._worst()}"
             if self.left == 0 and solver.status == "running":
                 return (
                     f"{self.settings.most_steps} steps between two samples reached only t = {solver.t:.9g} s: the "
                     "motion is stiff or very fast"
                 )
             if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
-                worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
                 why = "; ".join(text for text in (message, self.complaint) if text) or "the state is not finite"
-                return f"{why} at t = {solver.t:.9g} s{worst}"
+                return f"{why} at t = {solver.t:.9g} s{self._worst()}"
             if not self._cut(before):
                 self.accept()
             if pace.used_up:
                 break
         return ""
+
+    def _worst(self) -> str:
+        return f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
 
     def sample(self):
         """Return t, q, u, a, lam, works."""

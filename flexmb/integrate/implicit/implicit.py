@@ -102,7 +102,8 @@ class _Run:
         pace = np.max(np.abs(state.a[states]) / np.maximum(reach[states], np.abs(state.u[states])), initial=slow)
         a = np.max(np.abs(state.a) * extent / reach, initial=0.0, where=~states)
         u = np.max(np.abs(state.u) * extent / reach, initial=0.0, where=~states)
-        return float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, pace))
+        # rates at the end of the range of numbers ask for none: steps that are no longer fail with a reason
+        return max(float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, pace)), float(np.finfo(float).tiny))
 
     def _step(self, h: float) -> None:
         """Take a step, or shorten the next one."""
@@ -170,7 +171,7 @@ class _Run:
 
     def _follow(self, h: float) -> None:
         """Take the motion without known errors over the step that has just been accepted."""
-        if self.beside.run["followed"][0]:
+        if self.beside.run["followed"][0] and h * h > 0.0:  # it divides by this square
             touched = len(self.switching.now) > 0 and int(self.switching.limits["closed"][0])
             follow(
                 self.unknowns.chart,

@@ -10,7 +10,22 @@ import numpy as np
 
 from flexmb.results import Status
 
-__all__ = ["Interruption"]
+__all__ = ["GRACE", "Interruption", "look_within_step"]
+
+GRACE = 1.0
+"""s of the clock that a step gets to end by itself after Ctrl-C, so that the state it reaches can be kept."""
+_present: list[Interruption] = []
+"""Those of the simulations that run, the innermost last."""
+
+
+def look_within_step() -> None:
+    """Raise KeyboardInterrupt if the user has asked for the end and the step that is under way does not come to its own.
+
+    For steps in Python that may be long: a method of SciPy tries step sizes, or finds a matrix column by column, before
+    it returns. The samples since the latest look are lost; all before it are kept.
+    """
+    if _present and _present[-1].overdue:
+        raise KeyboardInterrupt
 
 
 class Interruption:
@@ -34,21 +49,24 @@ class Interruption:
         self._asked = self._looked = self._over = False
         self._limit, self._until = limit, np.inf
         self._before: dict[int, object] = {}
+        self._asked_at = np.inf
 
     def __enter__(self) -> Interruption:
         try:
             self._before = {number: signal.signal(number, self._note) for number in _taken()}
         except ValueError:  # not the main thread: the caller's own handling stays
             self._before = {}
+        _present.append(self)
         return self
 
     def __exit__(self, *exception) -> None:
+        _present.remove(self)
         for number, handler in self._before.items():
             signal.signal(number, handler)  # type: ignore[arg-type]
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         at_once = self._asked or not self._looked
-        self._asked = True
+        self._asked, self._asked_at = True, min(self._asked_at, time.monotonic())
         if at_once:
             raise KeyboardInterrupt
 
@@ -56,6 +74,11 @@ class Interruption:
     def asked(self) -> bool:
         """Has the user asked for the end, or was the time used up at the last look at the clock?"""
         return self._asked or self._over
+
+    @property
+    def overdue(self) -> bool:
+        """Has the user asked for the end so long ago that a step should have ended?"""
+        return self._asked and time.monotonic() - self._asked_at >= GRACE
 
     def look_at_clock(self) -> None:
         """Find out whether the time is used up."""

@@ -252,7 +252,11 @@ def run_assembled(
         recorder.close()
         raise
     known = {"integrator": repr(integrator), "seconds": time.perf_counter() - clock, **phases.validity.statistics}
-    solution = recorder.solution(status, {**phases.statistics, **known})
+    if recorder.phases:
+        solution = recorder.solution(status, {**phases.statistics, **known})
+    else:  # not even the accelerations at the start were found
+        recorder.close()
+        solution = None
     if status.kind == "failed":
         raise IntegrationError(
             f"Model '{model.name}'",
