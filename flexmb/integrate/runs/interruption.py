@@ -19,7 +19,7 @@ _present: list[Interruption] = []
 
 
 def look_within_step() -> None:
-    """Raise KeyboardInterrupt if the user has asked for the end and the step that is under way does not come to its own.
+    """Raise KeyboardInterrupt if the user has asked for the end and the step under way does not come to its own.
 
     For steps in Python that may be long: a method of SciPy tries step sizes, or finds a matrix column by column, before
     it returns. The samples since the latest look are lost; all before it are kept.
