@@ -252,11 +252,11 @@ def run_assembled(
         recorder.close()
         raise
     known = {"integrator": repr(integrator), "seconds": time.perf_counter() - clock, **phases.validity.statistics}
+    solution: Any = None  # where not even the accelerations at the start were found
     if recorder.phases:
         solution = recorder.solution(status, {**phases.statistics, **known})
-    else:  # not even the accelerations at the start were found
+    else:
         recorder.close()
-        solution = None
     if status.kind == "failed":
         raise IntegrationError(
             f"Model '{model.name}'",
