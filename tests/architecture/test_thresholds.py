@@ -19,7 +19,7 @@ KNOWN = {
         "constraints/by_function.py: max(abs(difference), abs(found), 0.001)",
         "fem/deck/unit_doubts.py: rho > 1e-25",
         "forces/airload.py: speed < BACKWARDS",
-        "integrate/explicit/compiled_run.py: max(1e-06, 0.001 * h)",
+        "integrate/explicit/compiled_run.py: max(CAUTIOUS, 0.001 * h)",
         "integrate/explicit/compiled_run.py: max(d1, d2) <= 1e-15",
         "integrate/explicit/compiled_run.py: max(t_end - state.t, 1e-12)",
         "integrate/explicit/compiled_run.py: min(d0, d1) < 1e-05",
