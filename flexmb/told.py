@@ -5,6 +5,7 @@ The module `warnings` alone cannot say what was given: its filters show a text o
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from collections.abc import Iterable, Iterator
@@ -17,7 +18,7 @@ from flexmb.errors import ValidityWarning
 
 __all__ = ["Told", "listening", "repeat", "tell"]
 
-PACKAGE = str(Path(__file__).parent)
+PACKAGE = str(Path(__file__).parent) + os.sep
 
 
 class Told(NamedTuple):

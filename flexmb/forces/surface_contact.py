@@ -29,6 +29,13 @@ MOST_PAIRS = 5000
 """Pairs of surfaces that have their own places in the iteration matrix; more are a crowd."""
 
 
+def _count_pairs(side: np.ndarray, body: np.ndarray) -> int:
+    """Return how many pairs surfaces of different bodies make, from their groups and bodies, see `members`."""
+    in_first, in_second, in_both = (np.bincount(body, weights=side & k == k) for k in (1, 2, 3))
+    twice = 0.5 * (in_both.sum() ** 2 - in_both @ in_both)
+    return int(in_first.sum() * in_second.sum() - in_first @ in_second - twice)
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceContact(Force):
     """Let surfaces touch: each of the first with each of the second, by one law.
@@ -94,7 +101,10 @@ class SurfaceContact(Force):
     def crowded(self, model) -> bool:
         """Are there so many pairs that those near each other are looked for?"""
         first, second = self._surfaces(model)
-        return not self.impulsive and len(first) * len(second) > MOST_PAIRS
+        if self.impulsive or len(first) * len(second) <= MOST_PAIRS:
+            return False
+        _, side, body = self.members(model)
+        return _count_pairs(side, body) > MOST_PAIRS
 
     def check(self, model) -> None:
         """Raise ModelError if a surface does not exist, none can touch, or the law cannot be used for a pair."""

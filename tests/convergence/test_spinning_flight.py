@@ -157,3 +157,20 @@ def test_multipliers_and_velocities_of_free_bodies_on_a_hinge_are_of_second_orde
         ]
     )
     np.testing.assert_allclose(np.log2(errors[0] / errors[1]), 2.0, atol=0.15)
+
+
+@pytest.mark.parametrize("held", [False, True], ids=["free", "ball"])
+@pytest.mark.parametrize(("spin", "samples"), [(10.0, 2), (10.0, 101), (0.1, 2)])
+def test_steps_of_implicit_follow_a_steady_spin(held, spin, samples):
+    """The rates have no error at any step, the Euler parameters have: an angle of 100 rad is right to a milliradian."""
+    ground = fmb.Ground()
+    body = fmb.RigidBody("body", mass=1.0, inertia=(0.1, 0.1, 0.2), angular_velocity=(0, 0, spin))
+    joints = [fmb.Spherical("ball", markers=(f"{ground.name}.origin", "body.center"))] if held else []
+    model = fmb.Model(bodies=[ground, body], joints=joints)
+    t_end = 100.0 / spin
+    solution = fmb.simulate(model, t_end, samples=samples, integrator=fmb.Implicit())
+    e0, _, _, e3 = solution.final.q[-4:]
+    turned = 2.0 * np.arctan2(e3, e0)
+    assert abs(np.sin(0.5 * (turned - 100.0))) < 5e-4
+    assert solution.statistics["steps"] < 500
+    assert solution.statistics["errors added up"] < 1e-3

@@ -159,10 +159,10 @@ def test_errors_before_a_joint_breaks_count_after_it(integrator):
 
 
 def test_steps_that_do_not_follow_say_so():
-    """Of 3.6 radians a step of a spinning top, and 280 % of error: not estimated, with a note."""
+    """Of 3.2 radians a step of a spinning top at the coarsest tolerance: not estimated, with a note."""
     model, _ = top(50e-6)
     turns = 20 * 2 * np.pi / float(np.linalg.norm(model.body("top").angular_velocity))
-    run = fmb.simulate(model, turns, samples=5, integrator=fmb.Implicit(rtol=1e-4))
+    run = fmb.simulate(model, turns, samples=5, integrator=fmb.Implicit(rtol=1e-2))
     assert run.statistics[ADDED_UP] == "not estimated"
     assert any("within less than a step" in note for note in run.statistics["notes"])
 

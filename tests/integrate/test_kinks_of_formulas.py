@@ -167,6 +167,18 @@ def test_a_sign_that_chatters_at_rest_is_told(integrator, t_end):
             assert sentences[0].startswith("Force 'motor': its formula has passed one jump or kink ")
 
 
+@pytest.mark.parametrize("integrator", [fmb.Explicit(), fmb.Implicit(rtol=1e-4)], ids=lambda one: type(one).__name__)
+def test_a_sign_that_a_swing_passes_does_not_chatter(integrator):
+    """Weak friction F of a cart on a spring k takes 4 F / k of the amplitude in a period; the speed passes zero twice."""
+    periods, force, stiffness = 60, 0.2, 400.0 * MASS
+    effort = formula(f"-{stiffness}*x - {force}*sign(v)")
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        run = fmb.simulate(rail(effort, 1.0), periods * np.pi / 10.0, samples=2, integrator=integrator)
+    assert not [one for one in found if "chatters" in str(one.message)]
+    assert run["x"][-1] == pytest.approx(1.0 - 4.0 * periods * force / stiffness, abs=0.02)
+
+
 def test_measured_quantities_are_compared_in_formulas_but_not_in_equations():
     with pytest.raises(ModelError, match="no derivative everywhere"):
         replace(

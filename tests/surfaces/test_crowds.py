@@ -73,6 +73,21 @@ def column(n: int, deep: float) -> fmb.Model:
     return balls(np.array(at), np.full(2 * n, 0.1), fmb.Hertz(stiffness=1e6))
 
 
+def test_only_pairs_that_exist_make_a_crowd(monkeypatch):
+    """Balls among each other and a floor are n (n + 1) / 2 pairs, about half of what both groups have as a table."""
+    places = [(0.3 * k, 0.0, 0.2) for k in range(8)]
+    model = balls(places, [0.1] * 8)
+    contact = model.forces[0]
+    assert len(contact.pairs(model)) == 36
+    monkeypatch.setattr(surface_contact, "MOST_PAIRS", 36)
+    assert not contact.crowded(model)
+    fmb.linearize(model)
+    monkeypatch.setattr(surface_contact, "MOST_PAIRS", 35)
+    assert contact.crowded(model)
+    with pytest.raises(ModelError, match="a crowd of surfaces"):
+        fmb.linearize(model)
+
+
 def test_more_pairs_than_the_matrix_has_places_for():
     """100 columns of two balls, 20 000 pairs: k d^1.5 at each contact (Hertz)."""
     model = column(100, 1e-3)

@@ -153,7 +153,10 @@ def carry(before: Beside, now: Beside) -> None:
         now.own["bent"] = 0.0
         begin_again(now.run)
         return
-    for name in ("dx", "dv", "da", "dlam", "bx", "bv", "start"):
+    alike = before.dlam.shape == now.dlam.shape
+    if not alike:  # other loops are closed: what the distance is stays known, how it goes on is not
+        now.own["bent"] = 0.0
+    for name in ("dx", "dv", "start", *(("da", "dlam", "bx", "bv") if alike else ())):
         getattr(now, name)[:] = getattr(before, name)
 
 

@@ -32,6 +32,7 @@ from flexmb.tree.coordinates.settle import (
     count_turns,
     prescribe,
     read_change,
+    read_turns,
     settle,
     unit_length,
 )
@@ -277,6 +278,17 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
 
 
 @inner_kernel
+def _error_of_turns(chart, work, r, h, weights, third, tolerance):
+    """Return the error of rotations in space, relative to its tolerance: Euler parameters turn with themselves, and a
+    steady spin, which has no error in its rates, is not followed at any step.
+    """
+    r.x0[:], r.change[:] = 0.0, 0.0
+    for j in range(STAGES):
+        r.x0[:] += h * (weights[STAGES - 1, j] - third[j]) * r.K[j]
+    return _displacement(chart, work, r, 1.0, tolerance) if read_turns(chart.rows, r.y, r.x0, r.v, r.change) else 0.0
+
+
+@inner_kernel
 def _error_of_states(chart, work, r, h, weights, third, tolerance):
     """Return the largest error of the first-order states in the step, relative to its tolerance."""
     largest = 0.0
@@ -343,6 +355,6 @@ def run_step(chart, program, work, r, x, v, t, h, weights, third, tolerance, new
         r.run[0].span,
     )
     # relative to the motion of an axis in the step: of third order
-    error = max(error, of_axes ** (4.0 / 3.0))
+    error = max(error, of_axes ** (4.0 / 3.0), _error_of_turns(chart, work, r, h, weights, third, tolerance))
     r.run[0].error = max(error, _error_of_states(chart, work, r, h, weights, third, tolerance))
     return True

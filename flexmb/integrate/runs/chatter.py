@@ -9,7 +9,8 @@ import numpy as np
 __all__ = ["chattering"]
 
 MANY, SHARE = 100, 0.05
-"""Passes of one kink or jump, and the part of all steps, from which on it is told: swings have more steps between."""
+"""Passes of one kink or jump, each within a few steps of the one before, and their part of all steps, from which on it
+is told."""
 REMEDY = (
     "JointFriction and LuGre stick; in a formula write tanh(v/0.001) in the place of sign(v), or let a Relay with "
     "hysteresis switch"
@@ -25,6 +26,6 @@ def chattering(system: Any, switching: Any, steps: int) -> list[str]:
     if count < max(MANY, SHARE * steps):
         return []
     return [
-        f"{system.switch_owners[worst]}: its formula has passed one jump or kink {count} times in {steps} steps; "
-        f"expected: a few times. It chatters: behind the jump it drives the motion back at once. {REMEDY}."
+        f"{system.switch_owners[worst]}: its formula has passed one jump or kink {count} times, each within a few steps of "
+        f"the time before, in {steps} steps; expected: a few times. It chatters: behind the jump it drives the motion back at once. {REMEDY}."
     ]

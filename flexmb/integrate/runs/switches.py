@@ -72,12 +72,16 @@ class Switching(NamedTuple):
     spans: Floats
     """(n,) by how much numbers of formulas change in a step, lately"""
     passed: Floats
-    """(n,) how many times a formula has passed its jump"""
+    """(n,) how many times a formula has passed its jump once more within `AT_ONCE` steps"""
+    since: Floats
+    """(n,) steps since it passed"""
 
 
 PAST, NEAR_END = 2.0, 4.0
 """Steps are shortened to so many displacements that do not matter past the begin of a contact; what begins within so
 many before the end of a step began at its end."""
+AT_ONCE = 4.0
+"""Steps within which a formula that chatters passes its jump once more; between the passes of a swing there are more."""
 LOOKS, HALVINGS = 16, 40
 SAME, BENT, JUMPED = 0, 1, 2
 LATEST = 0.999
@@ -99,6 +103,7 @@ def new_switching(
         touched=np.zeros(n),
         spans=np.zeros(n),
         passed=np.zeros(n),
+        since=np.full(n, np.inf),
     )
     read_switches(system.program, sw, state, work)
     sw.now[:] = sw.then
@@ -386,9 +391,12 @@ def keep_switches(sw, h):
         a, b = sw.now[n], sw.then[n]
         if a[0] >= 0.0 and b[0] >= 0.0:
             if a[FORMULA] > 0.0:
+                sw.since[n] += 1.0
                 if _formula_changed(a, b, h, sw.limits):
                     changed, jumped = True, jumped or a[0] == CROSSING
-                    sw.passed[n] += 1.0
+                    if sw.since[n] <= AT_ONCE:
+                        sw.passed[n] += 1.0
+                    sw.since[n] = 0.0
                 sw.spans[n] = max(abs(b[1] - a[1]), 0.5 * sw.spans[n])
             elif a[0] == TURN:
                 if _turned_over(a, b):

@@ -10,7 +10,7 @@ from flexmb.math.jets import SignalCode
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, structure
-from flexmb.math.vectors import cross, matvec_t
+from flexmb.math.vectors import cross, dot, matvec_t
 from flexmb.model.signal import pack
 from flexmb.system.program import run_kernels
 from flexmb.tree.coordinates.joint_kinematics import read_twist, relative_pose
@@ -26,6 +26,7 @@ __all__ = [
     "place",
     "prescribe",
     "read_change",
+    "read_turns",
     "settle",
     "unit_length",
 ]
@@ -191,6 +192,37 @@ def unit_length(rows, x):
             length = np.sqrt(np.sum(x[at : at + 4] ** 2))
             for i in range(4):
                 x[at + i] /= length
+
+
+@kernel
+def read_turns(rows, x, change, v, out):
+    """Write to the rates `out` what rotations, rad, a change of the Euler parameters among x means; are there any?
+
+    What it changes of their length counts as a rotation about the spin among the rates v: a step that errs by one errs
+    by about as much of the other.
+    """
+    found = False
+    for k in range(len(rows)):
+        row = rows[k]
+        free = row.held == FREE
+        if not free and (row.held != HINGED or row.ball < 0):
+            continue
+        found = True
+        first = 3 if free else row.ball
+        p, d = x[row.iq + first : row.iq + first + 4], change[row.iq + first : row.iq + first + 4]
+        w, turn = v[row.iv + first : row.iv + first + 3], out[row.iv + first : row.iv + first + 3]
+        turn[0] = 2.0 * (p[0] * d[1] - p[1] * d[0] - p[2] * d[3] + p[3] * d[2])
+        turn[1] = 2.0 * (p[0] * d[2] - p[2] * d[0] - p[3] * d[1] + p[1] * d[3])
+        turn[2] = 2.0 * (p[0] * d[3] - p[3] * d[0] - p[1] * d[2] + p[2] * d[1])
+        speed = dot(w, w) ** 0.5
+        if speed > 0.0:
+            along = dot(w, turn) / speed
+            longer = 2.0 * (p[0] * d[0] + p[1] * d[1] + p[2] * d[2] + p[3] * d[3])
+            whole = (along * along + longer * longer) ** 0.5
+            more = whole - along if along >= 0.0 else -whole - along
+            for i in range(3):
+                turn[i] += more * w[i] / speed
+    return found
 
 
 @kernel
