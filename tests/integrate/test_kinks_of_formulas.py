@@ -169,7 +169,7 @@ def test_a_sign_that_chatters_at_rest_is_told(integrator, t_end):
 
 @pytest.mark.parametrize("integrator", [fmb.Explicit(), fmb.Implicit(rtol=1e-4)], ids=lambda one: type(one).__name__)
 def test_a_sign_that_a_swing_passes_does_not_chatter(integrator):
-    """Weak friction F of a cart on a spring k takes 4 F / k of the amplitude in a period; the speed passes zero twice."""
+    """Weak friction F of a cart on a spring k takes 4 F / k of the amplitude in a period."""
     periods, force, stiffness = 60, 0.2, 400.0 * MASS
     effort = formula(f"-{stiffness}*x - {force}*sign(v)")
     with warnings.catch_warnings(record=True) as found:

@@ -26,6 +26,6 @@ def chattering(system: Any, switching: Any, steps: int) -> list[str]:
     if count < max(MANY, SHARE * steps):
         return []
     return [
-        f"{system.switch_owners[worst]}: its formula has passed one jump or kink {count} times, each within a few steps of "
-        f"the time before, in {steps} steps; expected: a few times. It chatters: behind the jump it drives the motion back at once. {REMEDY}."
+        f"{system.switch_owners[worst]}: its formula has passed one jump or kink {count} times in {steps} steps, each "
+        f"time within a few steps of the last; expected: a few times. It chatters: behind the jump it drives the motion back at once. {REMEDY}."
     ]

@@ -81,7 +81,7 @@ PAST, NEAR_END = 2.0, 4.0
 """Steps are shortened to so many displacements that do not matter past the begin of a contact; what begins within so
 many before the end of a step began at its end."""
 AT_ONCE = 4.0
-"""Steps within which a formula that chatters passes its jump once more; between the passes of a swing there are more."""
+"""Steps within which a formula that chatters passes its jump once more; between the passes of a swing are more."""
 LOOKS, HALVINGS = 16, 40
 SAME, BENT, JUMPED = 0, 1, 2
 LATEST = 0.999
