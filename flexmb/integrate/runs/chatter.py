@@ -27,5 +27,6 @@ def chattering(system: Any, switching: Any, steps: int) -> list[str]:
         return []
     return [
         f"{system.switch_owners[worst]}: its formula has passed one jump or kink {count} times in {steps} steps, each "
-        f"time within a few steps of the last; expected: a few times. It chatters: behind the jump it drives the motion back at once. {REMEDY}."
+        f"time within a few steps of the last; expected: a few times. It chatters: behind the jump "
+        f"it drives the motion back at once. {REMEDY}."
     ]
