@@ -1,6 +1,7 @@
 """Accelerated projected gradients on all contacts at once, for heaps in which sweeps pass loads on slowly.
 
-With the slip's share of the normal velocity held, ``s = mu |xi_T|`` (De Saxce & Feng 1998), Coulomb's law is the
+With the slip's share of the normal velocity held, ``s = mu |xi_T|`` (De Saxce & Feng 1998; drilling and rolling have
+theirs, added to it), Coulomb's law is the
 condition of a minimum: of ``1/2 P.D P + P.(q + s n)`` over the cones of friction. Nesterov's method finds it in some
 hundred steps where sweeps take thousands, and each step costs less than a sweep, because no contact is solved on its
 own. Where nothing slips s = 0 and the minimum is the solution. Otherwise s follows the slip as soon as what is left of
@@ -208,6 +209,9 @@ def accelerate(p: Problem, parts, v, goal, most):
             for i in range(n):
                 if p.active[i] > 0 and p.rows[i] > 1:
                     s = p.points[i].friction * (xi[i, 1] ** 2 + xi[i, 2] ** 2) ** 0.5
+                    if p.rows[i] == 6:
+                        s += p.points[i].drilling * abs(xi[i, 3])
+                        s += p.points[i].rolling * (xi[i, 4] ** 2 + xi[i, 5] ** 2) ** 0.5
                     change = max(change, abs(s - slip[i]))
                     slip[i] = s
             if change <= 0.1 * goal and left <= 0.1 * goal:
