@@ -70,7 +70,7 @@ def test_a_pyramid_of_a_thousand_balls_stands_for_seconds():
 
 
 def test_gradients_know_drilling_and_rolling(monkeypatch):
-    """Balls that rain, spinning, on each other: on the whole the minimum lies where all laws hold, rolling among them."""
+    """Balls that rain, spinning, on each other: the minimum lies where all laws hold, rolling among them."""
     rng, missed = np.random.default_rng(1), []
 
     def improved(p, parts, v, goal, most):
