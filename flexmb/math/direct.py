@@ -43,13 +43,18 @@ class _Direct:
         returned = self._kernel(*arguments)
         entry = self._kernel.get_overload(tuple(typeof(one) for one in arguments))
         kinds = tuple(None if _holds_arrays(one) else type(one) for one in arguments)
-        self._found = arguments, kinds, entry
+        self._found = tuple(_kept(one) for one in arguments), kinds, entry
         return returned
 
 
 def _holds_arrays(one: Any) -> bool:
     """Is an argument a structure of arrays? One of numbers alone has the types that its class declares."""
     return isinstance(one, tuple) and any(isinstance(part, (tuple, np.ndarray)) for part in one)
+
+
+def _kept(one: Any) -> Any:
+    """Return an argument to compare others with: of an array its type alone, as the samples of a run may be large."""
+    return np.empty((0,) * one.ndim, one.dtype) if isinstance(one, np.ndarray) else one
 
 
 def _alike(one: Any, before: Any) -> bool:
