@@ -156,6 +156,13 @@ class Solution:
             return self._values(
                 key.name, [(key if phase.model is not None else None) for phase in self.phases], stored=False
             )
+        if not isinstance(key, str):
+            raise FlexmbError(
+                "Solution",
+                found=f"{key!r} asked for",
+                expected="the name of a sensor, or a sensor",
+                remedy="`final` is the last sample, `state(t)` any other",
+            )
         if key not in self._known:
             own = [_sensor(phase.model, key) for phase in self.phases]
             if not any(own) and not any(key in phase.tables for phase in self.phases):

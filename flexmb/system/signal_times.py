@@ -13,6 +13,9 @@ from flexmb.model.time_scale import resolution
 
 __all__ = ["SignalTimes", "Times"]
 
+NEAR = 1e-3
+"""Part of its cell by which a time of one signal may differ from another's that stands for both."""
+
 
 @dataclass(frozen=True, eq=False)
 class Times:
@@ -63,7 +66,7 @@ class SignalTimes:
         for known in self._known:
             if known.begin <= begin and end <= known.end:
                 return known
-        breaks, fine, missed = [np.empty(0)], [np.empty(0)], []
+        breaks, fine, missed = [np.empty(0)], [], []
         for number, program in enumerate(self.programs):
             found = breakpoints(program, begin, end)
             cells, resolved = resolution(program, found.pieces)
@@ -73,7 +76,7 @@ class SignalTimes:
                 missed.append(number)
         sampled = np.unique(np.concatenate([np.empty(0), *(_ticks(*clock, begin, end) for clock in self.clocks)]))
         every = np.unique(np.concatenate([*breaks, sampled]))
-        times = Times(begin, end, every, np.unique(np.concatenate(fine)), tuple(missed), sampled)
+        times = Times(begin, end, every, _shared(fine, begin, end), tuple(missed), sampled)
         self._known[:] = [times]
         return times
 
@@ -83,6 +86,26 @@ class SignalTimes:
             abs(t - offset - period * np.round((t - offset) / period)) <= 1e-9 * period + 1e-11 * abs(t)
             for period, offset in self.clocks
         )
+
+
+def _shared(fine: Sequence[np.ndarray], begin: float, end: float) -> np.ndarray:
+    """Return the times of all signals, increasing; one for several that are nearly the same.
+
+    Signals that end at nearly the same time (a table whose last knot is reached with no rate has it a rounding early)
+    have nearly the same cells: a mark at each would make steps that are as short as the differences.
+    """
+    kept = np.array([begin, end])
+    for times in fine:
+        edges = np.unique(np.concatenate([[begin], times, [end]]))
+        if len(edges) < 2 or not len(times):
+            continue
+        at = np.searchsorted(edges, times)
+        gaps = np.diff(edges)
+        cell = np.minimum(gaps[np.clip(at - 1, 0, len(gaps) - 1)], gaps[np.clip(at, 0, len(gaps) - 1)])
+        after = np.clip(np.searchsorted(kept, times), 1, len(kept) - 1)
+        off = np.minimum(np.abs(times - kept[after - 1]), np.abs(times - kept[after]))
+        kept = np.unique(np.concatenate([kept, times[off > NEAR * cell]]))
+    return kept[(kept > begin) & (kept < end)]
 
 
 def _ticks(period: float, offset: float, begin: float, end: float) -> np.ndarray:

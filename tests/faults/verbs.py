@@ -48,6 +48,8 @@ def all_verbs(
     body, model = bench.folder / "block.h5", bench.folder / "plant.toml"
     block_data().save(body)
     fmb.save_model(plant(), model, fmb.Simulation(t_end=0.1, samples=11))
+    with model.open("a", encoding="utf-8") as file:
+        file.write("\n[parameters]\nnone = 1.0\n")  # for verbs that vary one
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         os.environ.pop(name, None)
     for verb in _commands(bench, target, str(body), str(model)):
@@ -78,7 +80,7 @@ def _commands(bench: Bench, target: Path, body: str, plant: str) -> list[list[st
         ["report", run, "--no-pictures"],
         ["show", body, "--modes", "0", "--html"],
         ["check", swing],
-        ["sweep", swing, "--over", "none=1,2", "--out", str(target / "sweep")],
+        ["sweep", plant, "--over", "none=1,2", "--out", str(target / "sweep")],
         [
             "reduce",
             MESH,
@@ -94,6 +96,8 @@ def _commands(bench: Bench, target: Path, body: str, plant: str) -> list[list[st
         ["modes", plant, "--vtk", str(target / "modes")],
         ["linearize", plant, "-o", str(target / "plant.mat")],
         ["bode", plant, "-o", str(target / "bode.png")],
+        ["psd", plant, "--density", "1", "-o", str(target / "psd.png")],
+        ["locus", plant, "--over", "none=1:2:2", "-o", str(target / "locus.png")],
         ["fmu", plant, "-o", str(target / "plant.fmu")],
         ["fmu", plant, "--fmi", "2", "-o", str(target / "plant2.fmu")],
         ["cache"],

@@ -40,6 +40,11 @@ def test_unknown_sensor_is_named():
         make()["tipp"]
 
 
+def test_a_number_is_no_sensor():
+    with pytest.raises(FlexmbError, match=r"-1 asked for\. Expected: the name of a sensor.*`final` is the last sample"):
+        make()[-1]
+
+
 def test_a_foreign_sensor_is_checked():
     with pytest.raises(FlexmbError, match=r"marker 'rod.tip' does not exist"):
         make()[sensors.Position("x", marker="rod.tip")]
