@@ -368,7 +368,8 @@ def _modes(text: str) -> int | str:
 
 
 def _summary(data: fmb.ModalNeutralData, out: Path) -> str:
-    c = ", ".join(f"{x:.6g}" for x in data.center_of_mass)
+    rounding = 1e-12 * max(abs(x) for x in data.center_of_mass)
+    c = ", ".join(f"{0.0 if abs(x) <= rounding else x:.6g}" for x in data.center_of_mass)
     listed = ", ".join(f"{f:.4g}" for f in data.frequencies[:10]) + (", ..." if data.n_modes > 10 else "")
     return "\n".join(
         [

@@ -65,14 +65,14 @@ class ReferencePoint:
 
 @dataclass(frozen=True, eq=False)
 class Condensed:
-    """The finite elements behind an `FEModel` whose freedoms are those of reduced parts.
+    """The finite elements behind an `FEModel` that has the freedoms of reduced parts.
 
-    Products of the mass with fields that the freedoms do not hold, such as that of a spin, are taken in the whole.
+    Products of the mass with fields that the freedoms do not hold, such as a spin, are taken in the whole.
 
     Parameters
     ----------
     whole : FEModel
-        All elements with all freedoms, parts beside each other; its nodes and sets are those of the condensed model.
+        All elements with all freedoms, parts beside each other; with the nodes and sets of the condensed model.
     fields : (ndof of the whole, ndof)
         Its displacements per freedom.
     couplings : tuple of (Coupling, int)

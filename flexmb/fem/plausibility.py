@@ -4,12 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.errors import MeshError
 from flexmb.fem.told import tell
 from flexmb.model.plausibility import WAVE_SPEED, material_doubts, size_doubts
 
-__all__ = ["WAVE_SPEED", "warn_about_material", "warn_about_size"]
+__all__ = ["WAVE_SPEED", "require_material", "warn_about_material", "warn_about_size"]
 
-SCALE = "read_mesh(..., scale=1e-3) or flexmb reduce --scale 1e-3"
+SCALE = "read_mesh(..., scale=1e-3) or flexmb reduce --scale 1e-3, in a model file scale = 1e-3 beside the mesh"
+
+
+def require_material(part: str, material, call: str) -> None:
+    """Raise MeshError where no material is given; `call` shows how to give it."""
+    if material is None:
+        raise MeshError(
+            part,
+            found="no material",
+            expected="one: a mesh has places only",
+            remedy=f"Write {call.format('fmb.Material(young=210e9, poisson=0.3, density=7850.0)')} for steel",
+        )
 
 
 def warn_about_size(part: str, nodes: np.ndarray, remedy: str = SCALE, mass: float | None = None) -> None:

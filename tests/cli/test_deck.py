@@ -9,6 +9,7 @@ import pyvista
 import flexmb as fmb
 from flexmb import fem
 from flexmb.cli import main
+from flexmb.fem.deck.inventory import numbers
 
 DECK = """BEGIN BULK
 GRID,1,,0.,0.,0.
@@ -150,3 +151,8 @@ def test_lumped_masses_have_a_way_out(deck, tmp_path, capsys):
     assert "--consistent-mass" in capsys.readouterr().err
     arguments = ["--units", UNITS, "--interface", "a=2", "--interface", "rbe2_8", "--modes", "2", "--consistent-mass"]
     assert main(["reduce", "lumped.bdf", *arguments, "--no-report"]) == 0
+
+
+def test_rounding_is_printed_as_zero():
+    assert numbers(np.array([1.5, -3.7e-20, 2e-9])) == ["1.5", "0", "2e-09"]
+    assert numbers(np.full(3, np.nan)) == ["nan"] * 3

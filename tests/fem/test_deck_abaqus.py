@@ -92,7 +92,7 @@ def test_tie_carries_constant_strain(tmp_path):
 
 
 def test_coupling_is_a_rigid_link(tmp_path):
-    base = bricks((3, 1, 1), (3, 1, 1)) + f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"
+    base = bricks((3, 1, 1), (3, 1, 1)).replace("C3D8", "C3D8I") + f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"
     tip = "*NODE\n900, 3., .5, .5\n*SURFACE, NAME=TIP, TYPE=NODE\n4\n8\n12\n16\n"
     coupled = read(
         tmp_path, base + tip + "*COUPLING, CONSTRAINT NAME=END, REF NODE=900, SURFACE=TIP\n*KINEMATIC\n1, 6\n"
@@ -267,6 +267,8 @@ def test_springs_masses_and_dampers(tmp_path):
         (("*ELASTIC\n", "*PLASTIC\n"), r"without \*ELASTIC"),
         (("*SOLID SECTION", "*INCLUDE, INPUT=part.inp\n*SOLID SECTION"), "include each other"),
         (("*SOLID SECTION", "*NGEN\n1, 5\n*SOLID SECTION"), "NGEN.*Write the deck expanded"),
+        (("*SOLID", "*EQUATION\n2\n1, 1, 0., 2, 1, 1.\n*SOLID"), r"\*EQUATION: a first term with the factor 0"),
+        (("*SOLID", "*EQUATION\n2\n1, 1, 1., 1, 1, -1.\n*SOLID"), r"\*EQUATION: a first term .* whose factors cancel"),
     ],
 )
 def test_bad_decks(tmp_path, change, words):
@@ -279,7 +281,7 @@ def test_bad_decks(tmp_path, change, words):
 @pytest.mark.filterwarnings("default::flexmb.fem.meshes.mesh.MeshWarning")
 def test_elements_without_section_are_told(tmp_path):
     """And left out: the block keeps its own mass. With a section for all there is nothing to tell."""
-    text = bricks((1, 1, 1), (1, 1, 1)) + f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"
+    text = bricks((1, 1, 1), (1, 1, 1)).replace("C3D8", "C3D8I") + f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n{STEEL}"
     with pytest.warns(fem.MeshWarning, match=r"S3: no section \(1\)"):
         with_foil = read(tmp_path, text + "*ELEMENT, TYPE=S3, ELSET=FOIL\n77, 1, 2, 3\n")
     with warnings.catch_warnings():

@@ -283,6 +283,24 @@ def test_coupled_sets(tmp_path):
     assert fem.static(fe, load, "LEFT")[freedom(fe, 31, 0)] == pytest.approx(2.0 / 210e9, rel=1e-9)
 
 
+@pytest.mark.parametrize("angles", [None, (30.0, 20.0, 10.0)])
+def test_equations_in_turned_axes(tmp_path, angles):
+    """The same cubes joined by CE in axes that both nodes share: each freedom could be the one of each equation."""
+    corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    points = {10 * side + k + 1: (x, *c) for side, x in enumerate((0, 1, 1, 2)) for k, c in enumerate(corners)}
+    cells = [[*range(1, 5), *range(11, 15)], [*range(21, 25), *range(31, 35)]]
+    pairs = [(k, d, u) for k in range(4) for d, u in enumerate(("UX", "UY", "UZ"), 1)]
+    words = "".join(f"CE,{3 * k + d},0,{11 + k},{u},1,{21 + k},{u},-1\n" for k, d, u in pairs)
+    steel = material(1, EX=210e9, NUXY=0.0, DENS=7850.0)
+    turned = dict.fromkeys((*range(11, 15), *range(21, 25)), angles) if angles else {}
+    text = archive({1: (185,)}, nblock(points, turned), solids(cells), steel, words, cmblock("LEFT", "NODE", [1, -4]))
+    fe = read(tmp_path, text)
+    load = sum(0.25 * fe_force(fe, k, 0) for k in range(31, 35))
+    assert fem.static(fe, load, "LEFT")[freedom(fe, 31, 0)] == pytest.approx(2.0 / 210e9, rel=1e-9)
+    with pytest.raises(MeshError, match=r"CE 1: a first term with the factor 0, or whose factors cancel"):
+        read(tmp_path, text.replace(words, "CE,1,0,11,UX,1,11,UX,-1\n"))
+
+
 def test_blocks_as_another_reader_reads_them(tmp_path):
     other = pytest.importorskip("mapdl_archive")
     points, cells = brick20((3, 2, 2), (0.3, 0.1, 0.05))
@@ -380,3 +398,11 @@ def test_mutated_archives_end_with_words(tmp_path, rng):
         except FlexmbError:
             ends["refused"] += 1
     assert min(ends.values()) > 10
+
+
+def test_a_node_number_beyond_64_bits_is_refused(tmp_path):
+    """A support (D) whose node has thirty digits ended in an overflow."""
+    points, cells = brick20((1, 1, 1), (0.1, 0.1, 0.1))
+    text = archive({1: (186,)}, nblock(points), solids(cells), STEEL, f"D,{10**30},UX  ,  0.0,  0.0\n")
+    with pytest.raises(MeshError, match=f"names the node {10**30}, which does not exist"):
+        read(tmp_path, text)

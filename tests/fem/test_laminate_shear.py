@@ -1,6 +1,8 @@
 """Transverse shear of laminates: closed forms, and exact elasticity in cylindrical bending by the state space method
 (N. J. Pagano, J. Compos. Mater. 3 (1969) 398-411)."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -144,3 +146,23 @@ def test_shear_moduli_of_a_pshell(tmp_path, angle):
 def test_shear_moduli_of_nothing_are_refused(tmp_path):
     with pytest.raises(fmb.MeshError, match=r"card PSHELL 1: TS/T = 0 with transverse shear moduli"):
         strip(tmp_path, 0.0, "MAT1,1,70.+9,,0.,2700.\nPSHELL,1,1,.02,1,,1,0.")
+
+
+def test_a_layup_as_thick_as_the_element_is_wide(tmp_path):
+    """One square element of four like plies, as thick as it is wide, is the PSHELL, and at its end Timoshenko."""
+    tips = []
+    for card in ("PCOMP,1\n,1,.1,,,1,.2\n,1,.3,,,1,.4\n", "PSHELL,1,1,1.,1,,1\n"):
+        (tmp_path / "part.bdf").write_text(
+            "BEGIN BULK\nGRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\n"
+            f"CQUAD4,1,1,1,2,3,4\nMAT1,1,2.9+7,,0.,1.\nSPC1,1,123456,1,4\n{card}ENDDATA\n"
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            fe = fem.read_deck(tmp_path / "part.bdf", show=False)
+        force = np.zeros((4, 6, 1))
+        force[1:3, 2, 0] = 0.5
+        u = fem.static(fe, fe.forces(force)[:, 0], fem.fixed_freedoms(fe, "spc_1"))
+        tips.append(fe.field(u[:, None])[1, 2, 0])
+    exact = 1.0 / (3.0 * 2.9e7 / 12.0) + 1.0 / (5.0 / 6.0 * 1.45e7)
+    np.testing.assert_allclose(tips, exact, rtol=1e-4)
+    assert tips[0] == pytest.approx(tips[1], rel=1e-9)

@@ -262,3 +262,14 @@ def test_shells_of_second_order_warn(tmp_path):
     path.write_text("\n".join([*rows, "*MATERIAL, NAME=S", "*ELASTIC", "210e9, .3", "*DENSITY", "7850.", ""]))
     with pytest.warns(fem.MeshWarning, match=r"S8R of second order, divided into flat elements .*\(1\): where few"):
         fem.read_deck(path, show=False)
+
+
+def test_what_turns_or_moves_beam_sections_of_abaqus_is_told(tmp_path):
+    """*NORMAL turns the second axis of beams; it was called not needed."""
+    (tmp_path / "part.inp").write_text(
+        "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n*ELEMENT, TYPE=B31, ELSET=B\n1, 1, 2\n*NORMAL\n1, 1, 0., .5, 1.\n"
+        "*BEAM SECTION, ELSET=B, MATERIAL=S, SECTION=RECT\n.1, .2\n0., 1., 0.\n*BEAM SECTION OFFSET\n.01, .02\n"
+        "*MATERIAL, NAME=S\n*ELASTIC\n2e11, .3\n*DENSITY\n7800.\n"
+    )
+    with pytest.warns(fem.MeshWarning, match=r"\*BEAM SECTION OFFSET \(1\); \*NORMAL \(1\)"):
+        fem.read_deck(tmp_path / "part.inp", show=False)

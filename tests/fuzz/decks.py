@@ -1,4 +1,4 @@
-"""Campaign over decks of Nastran and Abaqus: every family of cards, damaged, and hostile by construction."""
+"""Campaign over decks of Nastran, Abaqus and Ansys: every family of cards, damaged, and hostile by construction."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 import random
 from pathlib import Path
 
+from fuzz.archives import ARCHIVE
 from fuzz.campaign import Campaign
 from fuzz.mutation import generator, mutant
 
@@ -310,7 +311,14 @@ PIN, 12, 7
 9, 1, 6
 """
 
-SEEDS = {"solids.bdf": SOLIDS, "lines.dat": LINES, "plates.nas": PLATES, "parts.inp": PARTS, "mixed.inp": MIXED}
+SEEDS = {
+    "solids.bdf": SOLIDS,
+    "lines.dat": LINES,
+    "plates.nas": PLATES,
+    "parts.inp": PARTS,
+    "mixed.inp": MIXED,
+    "archive.cdb": ARCHIVE,
+}
 UNITS = (None, None, "mm, t, s", "in, lbf s2/in, s", "m, kg, s")
 
 

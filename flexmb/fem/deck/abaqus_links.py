@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from flexmb.fem.deck.abaqus_materials import Materials
@@ -12,7 +14,7 @@ from flexmb.fem.deck.abaqus_model import Flat
 from flexmb.fem.deck.abaqus_surfaces import facets, shape_of, surface_nodes
 from flexmb.fem.deck.abaqus_text import Block, is_number
 from flexmb.fem.deck.contents import Deck, Reference
-from flexmb.fem.deck.links import Frames, LinkRows, arm, follow, mean_motion, rows_of
+from flexmb.fem.deck.links import Equation, Frames, LinkRows, arm, follow, mean_motion, rows_of, solved_together
 from flexmb.fem.deck.supports import keep_supports
 from flexmb.fem.deck.tie import tie_rows
 from flexmb.fem.surface_load import facet_areas
@@ -38,14 +40,19 @@ def add_abaqus_links(flat: Flat, deck: Deck, frames: Frames, materials: Material
         "KINEMATIC COUPLING": _old_kinematic,
         "DISTRIBUTING COUPLING": _distributing,
         "MPC": _mpc,
-        "EQUATION": _equation,
-        "TIE": _tie,
     }
+    for block, scope in flat.blocks:  # first, since nodes are moved onto the faces they are tied to
+        if block.name == "TIE":
+            _tie(block, scope, flat, deck)
+    equations: list[Equation] = []
     for k, (block, scope) in enumerate(flat.blocks):
-        if block.name == "COUPLING":
+        if block.name == "EQUATION":
+            equations += _equations(block, scope, flat, deck, frames)
+        elif block.name == "COUPLING":
             _coupling(block, scope, [b for b, _ in flat.blocks[k + 1 : k + 3]], flat, deck, frames, materials)
         elif block.name in makers:
             makers[block.name](block, scope, flat, deck, frames)
+    deck.links += solved_together(equations)
 
 
 def _one(flat: Flat, word: str, scope: str, block: Block) -> int:
@@ -242,7 +249,8 @@ def _mpc(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> No
         deck.inventory.read[f"*MPC {kind}"] += 1
 
 
-def _equation(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
+def _equations(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> Iterator[Equation]:
+    """Yield the equations of a keyword."""
     if "REMOVE" in block.parameters:
         return
     words = [word for row in block.rows() for word in row if word]
@@ -258,11 +266,11 @@ def _equation(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) 
         if any(len(s) not in (1, size) for s in sets):
             raise block.wrong("sets of different size in an equation", "single nodes or sets of one size")
         for i in range(size):
-            _one_equation(block, terms, sets, i, deck, frames)
+            yield _one_equation(block, terms, sets, i, frames)
         deck.inventory.read["*EQUATION"] += 1
 
 
-def _one_equation(block: Block, terms: list[str], sets: list[list[int]], i: int, deck: Deck, frames: Frames) -> None:
+def _one_equation(block: Block, terms: list[str], sets: list[list[int]], i: int, frames: Frames) -> Equation:
     columns, row, first = [], [], None
     for k, nodes in enumerate(sets):
         node = nodes[0] if len(nodes) == 1 else nodes[i]
@@ -273,18 +281,16 @@ def _one_equation(block: Block, terms: list[str], sets: list[list[int]], i: int,
         columns.append(6 * node + np.arange(6))
         row.append(factor * rows_of(node, [direction - 1], frames)[0])
         first = columns[-1][np.abs(row[-1]) > 0.0] if first is None else first
-    every, inverse = np.unique(np.concatenate(columns), return_inverse=True)
-    merged = np.zeros((1, len(every)))
-    np.add.at(merged[0], inverse.ravel(), np.concatenate(row))
-    used = np.abs(merged[0]) > 0.0
-    link = LinkRows("*EQUATION")
     assert first is not None
-    link.add_equations(every[used], merged[:, used], first, f"{block.where}, *EQUATION")
-    deck.links.append(link)
+    return Equation.of("*EQUATION", f"{block.where}, *EQUATION", columns, row, first)
 
 
-def _tie(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> None:
-    """Nodes of the first surface follow the faces of the second on which they lie, by projection."""
+def _tie(block: Block, scope: str, flat: Flat, deck: Deck) -> None:
+    """Nodes of the first surface follow the faces of the second on which they lie, by projection.
+
+    Nodes beside their face are moved onto it unless ADJUST=NO, as Abaqus and CalculiX do it; not to faces of shells,
+    which lie half a thickness off and whose rotations carry the gap.
+    """
     if {"CYCLICSYMMETRY", "MULTISTAGE", "FLUIDPERIODIC", "FLUIDCYCLIC"} & set(block.parameters):
         deck.inventory.left_out["*TIE of a cyclic or periodic structure"] += 1
         return
@@ -301,18 +307,23 @@ def _tie(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) -> No
         nodes, rows = surface_nodes(flat, follower), facets(flat, leader, middles=True)
         if not len(rows):
             raise block.wrong(f"the surface '{row[1]}' without faces", "a surface of element faces")
-        dofs = _turning(flat, nodes, rows)
-        link, far = tie_rows(f"the tie '{block.parameters.get('NAME', '')}'", deck.points, nodes, rows, tolerance, dofs)
-        deck.links.append(link)
-        if far:
-            deck.inventory.approximated[f"*TIE: nodes of '{row[0]}' too far from '{row[1]}' to be tied"] += far
+        shells = {n for e in flat.elements if shape_of(e.kind)[0] in ("shell", "beam") for n in e.nodes}
+        turning = bool(shells) and set(rows[rows >= 0].tolist()) <= shells
+        both = turning and set(nodes.tolist()) <= shells
+        name = f"the tie '{block.parameters.get('NAME', '')}'"
+        tie = tie_rows(name, deck.points, nodes, rows, tolerance, both, turning)
+        deck.links.append(tie.link)
+        found, sides = deck.inventory.approximated, f"nodes of '{row[0]}'"
+        if tie.far:
+            found[f"*TIE: {sides} too far from '{row[1]}' to be tied"] += tie.far
+        if len(tie.moved) and block.parameters.get("ADJUST", "YES").upper() != "NO":
+            deck.points[tie.moved] = tie.places
+            found[f"*TIE: {sides} moved onto '{row[1]}', by up to {tie.widest:.3g} of the deck's unit"] += len(
+                tie.moved
+            )
+        elif len(tie.moved):
+            found[f"*TIE: {sides} tied over gaps of up to {tie.widest:.3g}, which hinder rotation"] += len(tie.moved)
         deck.inventory.read["*TIE"] += 1
-
-
-def _turning(flat: Flat, nodes: np.ndarray, rows: np.ndarray) -> bool:
-    """Whether both sides of a tie are shells, whose rotations are tied as well."""
-    shells = {n for e in flat.elements if shape_of(e.kind)[0] in ("shell", "beam") for n in e.nodes}
-    return bool(shells) and set(nodes.tolist()) <= shells and set(rows[rows >= 0].tolist()) <= shells
 
 
 def add_boundary(flat: Flat, deck: Deck, frames: Frames, steps: list[tuple[Block, str]]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from flexmb.fem.deck.abaqus_text import Block
 from flexmb.fem.deck.cells import SolidCells, first_order_shells
 from flexmb.fem.deck.contents import Deck, Shells, Solids
 from flexmb.fem.deck.nastran_solids import turned_solid
+from flexmb.fem.deck.solid_kinds import solid_element
 from flexmb.fem.shells.laminate_block import laminate, turned_plane
 from flexmb.fem.shells.laminate_shear import shear_compliance
 
@@ -102,6 +104,8 @@ def _solid_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
         if family != "solid" or material.solid is None:
             raise block.wrong(f"{kind} with the material '{material.name}'", "solid elements and a solid material")
         low = LOW.get(cell, cell)
+        if kind.startswith("C3D8R"):
+            deck.inventory.approximated[f"{kind} with incompatible modes, integrated fully"] += len(group)
         if low not in CORNERS:
             raise block.wrong(f"{kind}", "C3D4, C3D5, C3D6, C3D8, C3D10, C3D15 or C3D20")
         count = {"tetra10": 10, "wedge15": 15, "hexahedron20": 20}.get(cell, CORNERS[low])
@@ -119,7 +123,7 @@ def _solid_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
                         elasticity=elasticity,
                         density=material.density,
                         group=group_name,
-                        compatible=cell_type == "wedge",
+                        element=solid_element(kind, cell_type),
                     )
                 )
 
@@ -141,17 +145,7 @@ def _turned(material: Elastic, nodes: np.ndarray, block: Block, scope: str, flat
 
 
 def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, materials: Materials) -> None:
-    plies, names, across, density = _plies(block, scope, flat, materials)
-    total = sum(t for _, t, _ in plies)
-    offset = _offset(block) * total
-    a, b, d = laminate(plies, -total / 2.0)
-    if np.abs(b).max() < 1e-9 * np.abs(a).max() * total:
-        b = 0.0 * b
-    membrane = block.name == "MEMBRANE SECTION"
-    if membrane:
-        b, d = 0.0 * b, 0.0 * d
-    shear = np.zeros((2, 2)) if membrane else _sheared(block, flat, shear_compliance(plies, across))
-    faces = np.stack([turned_plane(plies[k][0], plies[k][2]) for k in (0, -1)])
+    layers = _layers(block, scope, flat, materials)
     for kind, group in _by_kind(elements).items():
         family, count = shape_of(kind)
         if family != "shell":
@@ -159,30 +153,53 @@ def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
         nodes = _table(group, int(count), block, deck)[:, : min(int(count), 8)]
         labels = np.array([element.label for element in group])
         deck.inventory.read[kind] += len(group)
-        direction = _shell_direction(block, scope, flat, deck, materials, nodes)
+        corners = deck.points[nodes[:, : 3 if nodes.shape[1] in (3, 6) else 4]]
+        angles, direction = _turns(layers, corners, block, scope, flat, materials)
         for cells, own in zip(*first_order_shells(nodes, deck.inventory, kind), strict=True):
-            if len(cells):
-                one = _stretch(flat, deck, cells, total, "COMPOSITE" in block.parameters, kind)
+            if not len(cells):
+                continue
+            one = _stretch(
+                flat, deck, cells, sum(layer.thickness for layer in layers), "COMPOSITE" in block.parameters, kind
+            )
+            _, which = np.unique(np.round(angles[own], 9), axis=0, return_inverse=True)
+            for k in range(int(which.max()) + 1):
+                rows = np.flatnonzero(which.ravel() == k)
                 deck.shells.append(
                     Shells(
-                        nodes=cells,
-                        labels=labels[own],
-                        membrane=a,
-                        coupling=b,
-                        bending=d,
-                        material_x=direction[own],
-                        offset=offset * one,
-                        thickness=total * one,
-                        mass=density * one,
-                        faces=faces,
-                        depths=np.array([-total / 2.0, total / 2.0]),
-                        stretch=one,
-                        shear=shear,
-                        poisson=materials.get(block, names[0]).poisson,
+                        nodes=cells[rows],
+                        labels=labels[own[rows]],
+                        material_x=direction[own[rows]],
+                        stretch=one[rows],
+                        **_stack(layers, angles[own[rows[0]]], block, flat, one[rows]),
                         group=block.parameters["ELSET"],
                         spring=TURNLESS if int(count) <= 4 else None,
                     )
                 )
+
+
+def _stack(layers: list[_Layer], angles: np.ndarray, block: Block, flat: Flat, stretch: np.ndarray) -> dict:
+    """Return what `Shells` need of plies at their angles."""
+    plies = [(layer.material.plane, layer.thickness, float(a)) for layer, a in zip(layers, angles, strict=True)]
+    across = [layer.material.across for layer in layers]
+    total = sum(layer.thickness for layer in layers)
+    a, b, d = laminate(plies, -total / 2.0)
+    if np.abs(b).max() < 1e-9 * np.abs(a).max() * total:
+        b = 0.0 * b
+    membrane = block.name == "MEMBRANE SECTION"
+    if membrane:
+        b, d = 0.0 * b, 0.0 * d
+    return {
+        "membrane": a,
+        "coupling": b,
+        "bending": d,
+        "offset": _offset(block) * total * stretch,
+        "thickness": total * stretch,
+        "mass": sum(layer.material.density * layer.thickness for layer in layers) * stretch,
+        "faces": np.stack([turned_plane(plies[k][0], plies[k][2]) for k in (0, -1)]),
+        "depths": np.array([-total / 2.0, total / 2.0]),
+        "shear": np.zeros((2, 2)) if membrane else _sheared(block, flat, shear_compliance(plies, across)),
+        "poisson": layers[0].material.poisson,
+    }
 
 
 def _sheared(block: Block, flat: Flat, of_plies: np.ndarray) -> np.ndarray:
@@ -226,41 +243,61 @@ def _offset(block: Block) -> float:
     return -block.reals([word or "0"], 1)[0]
 
 
-def _plies(block: Block, scope: str, flat: Flat, materials: Materials):
-    """Return plies (elasticity, thickness, angle), their materials, shear moduli, and the mass per area."""
-    plies, names, across, density = [], [], [], 0.0
+@dataclass(frozen=True)
+class _Layer:
+    """A ply: its material, thickness, and the angle from the section's axis or the orientation that gives it."""
+
+    material: Elastic
+    thickness: float
+    angle: float
+    orientation: str
+
+
+def _layers(block: Block, scope: str, flat: Flat, materials: Materials) -> list[_Layer]:
+    """Return the plies of a section, from the bottom."""
     rows = [row for row in block.rows() if any(row)]
     if not rows:
         raise block.wrong("no thickness", "a data line with the thickness")
     if "COMPOSITE" not in block.parameters:
         rows = [[rows[0][0], "", block.need("MATERIAL"), "0"]]
+    out = []
     for row in rows:
         row = [*row, "", "", "", ""][:4]
         thickness = block.reals(row[:1], 1)[0]
         if not thickness > 0.0:
             raise block.wrong(f"a thickness of {thickness:g}", "positive thicknesses")
-        material = materials.get(block, row[2] or block.parameters.get("MATERIAL"))
-        word = row[3]
+        material, word = materials.get(block, row[2] or block.parameters.get("MATERIAL")), row[3]
         named = bool(word) and flat.full(materials.orientations, word, scope) is not None
-        if named and not material.isotropic:
-            raise block.wrong(f"a ply with the orientation '{word}'", "an angle in degrees", "Give the ply an angle")
         angle = np.radians(block.reals([word], 1, 0.0)[0]) if word and not named else 0.0
-        plies.append((material.plane, thickness, angle))
-        names.append(material.name)
-        across.append(material.across)
-        density += material.density * thickness
-    return plies, names, across, density
+        out.append(_Layer(material, thickness, float(angle), word if named and not material.isotropic else ""))
+    return out
 
 
-def _shell_direction(block: Block, scope: str, flat: Flat, deck: Deck, materials: Materials, nodes) -> np.ndarray:
-    """Return the 1-direction (ne, 3) of shells: the projected global x-axis, or z where x is normal (to 0.1 degree)."""
-    corners = 3 if nodes.shape[1] in (3, 6) else 4
-    points = deck.points[nodes[:, :corners]]
-    normal = np.cross(
-        points[:, 2 if corners == 4 else 1] - points[:, 0], points[:, corners - 1] - points[:, corners - 3]
-    )
+def _turns(layers: list[_Layer], corners: np.ndarray, block: Block, scope: str, flat: Flat, materials: Materials):
+    """Return the angle of each ply (ne, plies) from the 1-direction of each shell, and that direction (ne, 3).
+
+    A ply with an orientation of its own, as CalculiX writes all of them, lies along its projected first axis.
+    """
+    count = corners.shape[1]
+    normal = np.cross(corners[:, 2 if count == 4 else 1] - corners[:, 0], corners[:, count - 1] - corners[:, count - 3])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    if "ORIENTATION" in block.parameters:
-        return materials.axes(block.parameters["ORIENTATION"], scope, block, flat, points.mean(axis=1))[:, 0]
+    section = block.parameters.get("ORIENTATION", "")
+    along = _first_axis(section, corners, normal, block, scope, flat, materials)
+    angles = np.tile([layer.angle for layer in layers], (len(corners), 1))
+    for k, layer in enumerate(layers):
+        if layer.orientation:
+            own = _first_axis(layer.orientation, corners, normal, block, scope, flat, materials)
+            sine = np.einsum("ei,ei->e", normal, np.cross(along, own))
+            flat_part = np.einsum("ei,ei->e", along, normal) * np.einsum("ei,ei->e", own, normal)
+            angles[:, k] = np.arctan2(sine, np.einsum("ei,ei->e", along, own) - flat_part)
+    return angles, along
+
+
+def _first_axis(
+    name: str, corners: np.ndarray, normal: np.ndarray, block: Block, scope: str, flat: Flat, materials: Materials
+):
+    """Return the first axis (ne, 3) of an orientation; without one global x, or z where x is normal (to 0.1 degree)."""
+    if name:
+        return materials.axes(name, scope, block, flat, corners.mean(axis=1))[:, 0]
     along_x = np.abs(normal[:, 0]) > np.cos(np.radians(0.1))
     return np.where(along_x[:, None], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])

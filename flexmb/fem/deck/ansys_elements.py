@@ -16,6 +16,7 @@ from flexmb.fem.deck.nastran_solids import turned_solid
 from flexmb.fem.deck.nastran_systems import System
 from flexmb.fem.shells.laminate_block import laminate, turned_plane
 from flexmb.fem.shells.laminate_shear import shear_compliance
+from flexmb.fem.solids.elements import HEX20_REDUCED
 
 __all__ = ["Group", "add_shells", "add_solids", "groups"]
 
@@ -149,6 +150,7 @@ def add_solids(group: Group, deck: Deck) -> None:
         raise group.refused("layered solids (KEYOPT(3) = 1)", "homogeneous solids", "Give them a homogeneous material")
     material = group.need()
     count = FAMILIES["solid"][group.element]
+    reduced = group.element == 186 and group.options.get(2, 0) == 0
     nodes = np.where(np.arange(20) < count, group.nodes, -1)
     corners = nodes[:, : {4: 4, 10: 4}.get(count, 8)]
     if (corners < 0).any():
@@ -174,6 +176,7 @@ def add_solids(group: Group, deck: Deck) -> None:
                         elasticity=elasticity,
                         density=material.density,
                         group=f"{group.name} of {material.name}",
+                        element=HEX20_REDUCED if reduced and cell_type == "hexahedron20" else None,
                     )
                 )
 

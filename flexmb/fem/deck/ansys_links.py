@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from flexmb.fem.deck.ansys_elements import Group
 from flexmb.fem.deck.ansys_text import Archive, Command
 from flexmb.fem.deck.contents import Deck, Lumped, Reference
-from flexmb.fem.deck.links import Frames, LinkRows, follow, rows_of
+from flexmb.fem.deck.links import Equation, Frames, LinkRows, follow, rows_of, solved_together
 from flexmb.fem.deck.supports import keep_supports
 
 __all__ = ["add_equations", "add_rigid", "add_springs_and_masses", "add_supports"]
@@ -118,15 +118,17 @@ def _rods(group: Group, deck: Deck) -> None:
 def add_equations(archive: Archive, deck: Deck, frames: Frames) -> None:
     """Add CE (the first freedom follows the others, as CERIG and RBE3 write them) and CP (all follow the first)."""
     equations: dict[int, tuple[Command, list[tuple[str, str, str]]]] = {}
+    every: list[Equation] = []
     current = 0
     for command in archive.commands:
         if command.name == "CE":
             current = _equation(command, equations, current, deck)
         elif command.name == "CP":
-            _coupled(command, deck, frames)
+            every += _coupled(command, deck, frames)
     for number, (command, terms) in equations.items():
-        _eliminate(number, command, terms, deck, frames)
+        every.append(_one_equation(number, command, terms, deck, frames))
         deck.inventory.read["CE"] += 1
+    deck.links += solved_together(every)
 
 
 def _equation(command: Command, equations: dict, current: int, deck: Deck) -> int:
@@ -167,7 +169,7 @@ def _row(command: Command, word: str, label: str, deck: Deck, frames: Frames) ->
     return 6 * node + np.arange(6), rows_of(node, [FREEDOMS[label]], frames)[0]
 
 
-def _eliminate(number: int, command: Command, terms: list, deck: Deck, frames: Frames) -> None:
+def _one_equation(number: int, command: Command, terms: list, deck: Deck, frames: Frames) -> Equation:
     rows = []
     for word, label, factor in terms:
         columns, row = _row(command, word, label, deck, frames)
@@ -177,18 +179,14 @@ def _eliminate(number: int, command: Command, terms: list, deck: Deck, frames: F
             raise command.wrong(f"the factor '{factor}' in equation {number}", "a number") from None
     if not rows or not any(row.any() for _, row in rows):
         raise command.wrong(f"equation {number} without terms", "two terms or more")
-    every, inverse = np.unique(np.concatenate([columns for columns, _ in rows]), return_inverse=True)
-    merged = np.zeros((1, len(every)))
-    np.add.at(merged[0], inverse.ravel(), np.concatenate([row for _, row in rows]))
-    used = np.abs(merged[0]) > 0.0
     first = next(columns[np.abs(row) > 0.0] for columns, row in rows if row.any())
-    link = LinkRows(f"CE {number}")
-    link.add_equations(every[used], merged[:, used], first, f"{command.where}, CE {number}")
-    deck.links.append(link)
+    columns, factors = zip(*rows, strict=True)
+    return Equation.of(f"CE {number}", f"{command.where}, CE {number}", columns, factors, first)
 
 
-def _coupled(command: Command, deck: Deck, frames: Frames) -> None:
-    """CP, set, label, nodes: all nodes move alike in one nodal direction."""
+def _coupled(command: Command, deck: Deck, frames: Frames) -> list[Equation]:
+    """Return the equations of CP, set, label, nodes: all nodes move alike in one nodal direction."""
+    equations = []
     if not command.text(0).isdecimal():
         raise command.wrong(f"'{command.text(0)}'", "CP, set, label, nodes", "Write the couplings as CE (CPLGEN no)")
     label, words = command.text(1), [command.text(k) for k in range(2, len(command.words)) if command.text(k)]
@@ -200,8 +198,10 @@ def _coupled(command: Command, deck: Deck, frames: Frames) -> None:
             continue
         first = [(words[0], name, "1.0")] if words else []
         for word in words[1:]:
-            _eliminate(int(command.text(0)), command, [(word, name, "-1.0"), *first], deck, frames)
+            terms = [(word, name, "-1.0"), *first]
+            equations.append(_one_equation(int(command.text(0)), command, terms, deck, frames))
     deck.inventory.read["CP"] += 1
+    return equations
 
 
 def add_supports(archive: Archive, deck: Deck, frames: Frames) -> None:

@@ -9,14 +9,16 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.contents import Beams, Deck, Shells, Solids
+from flexmb.fem.deck.curved_shells import held_turns
 from flexmb.fem.deck.links import LinkRows
+from flexmb.fem.deck.solid_kinds import held_bricks
 from flexmb.fem.frames.frame import beam_block
 from flexmb.fem.frames.rod_block import RodBlock
 from flexmb.fem.shells.laminate_block import LaminateBlock, turned_plane
 from flexmb.fem.shells.laminate_shear import turned_compliance
 from flexmb.fem.shells.shell import WARPING, flattened
 from flexmb.fem.solids.block import SolidBlock
-from flexmb.fem.solids.elements import SOLID_ELEMENTS, WEDGE6_COMPATIBLE
+from flexmb.fem.solids.elements import SOLID_ELEMENTS
 from flexmb.fem.solids.solid import oriented
 
 __all__ = ["beam_blocks", "rod_blocks", "shell_blocks", "solid_blocks"]
@@ -31,20 +33,20 @@ def solid_blocks(deck: Deck, part: str) -> list[Labelled]:
     Parts of one material are one block: each block costs time by the nodes of the whole deck.
     """
     out: dict[tuple, tuple[Solids, list[np.ndarray], list[np.ndarray]]] = {}
-    for group in deck.solids:
+    for group in held_bricks(deck):
         element = SOLID_ELEMENTS[group.cell_type]
         cells = oriented(f"{part}, {group.group}", deck.points, group.nodes, element, labels=group.labels)
         turned = int((cells != group.nodes).any(axis=1).sum())
         if turned:
             deck.inventory.approximated[f"{group.cell_type} cells numbered left-handed, renumbered"] += turned
-        key = (group.cell_type, group.compatible, group.elasticity.shape, group.elasticity.tobytes(), group.density)
+        key = (group.cell_type, group.element, group.elasticity.shape, group.elasticity.tobytes(), group.density)
         _, own, labels = out.setdefault(key, (group, [], []))
         own.append(cells)
         labels.append(group.labels)
     return [
         (
             SolidBlock(
-                element=WEDGE6_COMPATIBLE if group.compatible else SOLID_ELEMENTS[group.cell_type],
+                element=group.element or SOLID_ELEMENTS[group.cell_type],
                 nodes=deck.points,
                 connectivity=np.concatenate(cells),
                 elasticity=group.elasticity,
@@ -59,35 +61,35 @@ def solid_blocks(deck: Deck, part: str) -> list[Labelled]:
 def shell_blocks(deck: Deck, part: str) -> list[Labelled]:
     """Return a block per layup and number of corners; quadrilaterals too warped to be flat become triangles."""
     out = []
-    for given in deck.shells:
-        for group in _flat(given, deck):
-            cell_type = "triangle" if group.nodes.shape[1] == 3 else "quad"
-            name = f"{part}, {group.group}"
-            axes, corners, heights = flattened(name, cell_type, deck.points, group.nodes, labels=group.labels)
-            angle = _angles(group.material_x, axes)
-            a, b, d = (turned_plane(m, angle) for m in (group.membrane, group.coupling, group.bending))
-            stretch = group.stretch[:, None, None]
-            block = LaminateBlock(
-                connectivity=group.nodes,
-                axes=axes,
-                corners=corners,
-                heights=heights - group.offset[:, None],
-                centers=deck.points[group.nodes].mean(axis=1),
-                thickness=group.thickness,
-                number_of_nodes=len(deck.points),
-                side=deck.stress_side,
-                membrane=a * stretch,
-                coupling=b * stretch**2,
-                bending=d * stretch**3,
-                shear=turned_compliance(group.shear, angle) / stretch,
-                surface_mass=group.mass,
-                faces=np.stack([turned_plane(group.faces[k], angle) for k in range(2)], axis=1),
-                depths=group.depths * group.stretch[:, None],
-                poisson=group.poisson,
-                spring=group.spring,
-                point_masses=group.point_masses,
-            )
-            out.append((block, group.labels))
+    flat = [group for given in deck.shells for group in _flat(given, deck)]
+    for group, spring in zip(flat, held_turns(flat, deck.points), strict=True):
+        cell_type = "triangle" if group.nodes.shape[1] == 3 else "quad"
+        name = f"{part}, {group.group}"
+        axes, corners, heights = flattened(name, cell_type, deck.points, group.nodes, labels=group.labels)
+        angle = _angles(group.material_x, axes)
+        a, b, d = (turned_plane(m, angle) for m in (group.membrane, group.coupling, group.bending))
+        stretch = group.stretch[:, None, None]
+        block = LaminateBlock(
+            connectivity=group.nodes,
+            axes=axes,
+            corners=corners,
+            heights=heights - group.offset[:, None],
+            centers=deck.points[group.nodes].mean(axis=1),
+            thickness=group.thickness,
+            number_of_nodes=len(deck.points),
+            side=deck.stress_side,
+            membrane=a * stretch,
+            coupling=b * stretch**2,
+            bending=d * stretch**3,
+            shear=turned_compliance(group.shear, angle) / stretch,
+            surface_mass=group.mass,
+            faces=np.stack([turned_plane(group.faces[k], angle) for k in range(2)], axis=1),
+            depths=group.depths * group.stretch[:, None],
+            poisson=group.poisson,
+            spring=spring,
+            point_masses=group.point_masses,
+        )
+        out.append((block, group.labels))
     return out
 
 

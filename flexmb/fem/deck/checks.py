@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from flexmb.fem.deck.inventory import mass_and_center
+from flexmb.fem.deck.inventory import mass_and_center, numbers
 from flexmb.fem.fe_model import FEModel
 
 __all__ = ["DeckChecks", "deck_checks"]
@@ -52,8 +52,9 @@ class DeckChecks:
 
     def sentences(self) -> list[str]:
         """Return what was found, a sentence each."""
-        lines = [f"mass {self.mass:.8g}, centre of mass ({', '.join(f'{x:.6g}' for x in self.center)})"]
-        lines.append("inertia about it " + "; ".join(" ".join(f"{x:.6g}" for x in row) for row in self.inertia))
+        lines = [f"mass {self.mass:.8g}, centre of mass ({', '.join(numbers(self.center))})"]
+        about = numbers(self.inertia)
+        lines.append("inertia about it " + "; ".join(" ".join(about[k : k + 3]) for k in (0, 3, 6)))
         lines += [self._parts(), self._coincident()]
         if any(block.cell_type in ("triangle", "quad") for block in self.fe.blocks):
             lines.append(f"{len(self.free_edges)} free edges of shells")

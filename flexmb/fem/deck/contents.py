@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from flexmb.fem.frames.section import Section
+from flexmb.fem.solids.elements import SolidElement
 from flexmb.model.material import Material
 
 __all__ = [
@@ -37,7 +38,7 @@ class Solids:
     """Solid cells of one type and material.
 
     nodes (ne, c) int in meshio's order, labels (ne,), elasticity (6, 6) for xx, yy, zz, xy, yz, zx, density.
-    compatible: wedges without incompatible modes, as their program has them.
+    element: the element that the program of the deck has there, None for the usual one of the cell type.
     """
 
     cell_type: str
@@ -46,7 +47,7 @@ class Solids:
     elasticity: np.ndarray
     density: float
     group: str
-    compatible: bool = False
+    element: SolidElement | None = None
 
 
 @dataclass(kw_only=True, eq=False)
@@ -256,7 +257,11 @@ class Deck:
 
         They are written to `out` if it is given, which may be the labels themselves.
         """
-        wanted = np.asarray(labels if isinstance(labels, np.ndarray) else list(labels), np.int64)
+        given = labels if isinstance(labels, np.ndarray) else list(labels)
+        try:
+            wanted = np.asarray(given, np.int64)
+        except OverflowError:
+            raise MissingNode(what, max(given, key=abs)) from None
         if not len(self.labels):
             raise MissingNode(what, int(wanted.flat[0]))
         at = np.empty(wanted.shape, np.int64) if out is None else out

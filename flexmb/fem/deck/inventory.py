@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.fem.deck.contents import Deck
 from flexmb.fem.fe_model import FEModel
 
-__all__ = ["inventory_text", "mass_and_center", "source_of"]
+__all__ = ["inventory_text", "mass_and_center", "numbers", "source_of"]
 
 
 def inventory_text(deck: Deck, fe: FEModel) -> str:
@@ -30,7 +30,7 @@ def inventory_text(deck: Deck, fe: FEModel) -> str:
     if unused:
         lines.append(f"  not needed    {unused}")
     mass, centre = mass_and_center(fe)
-    at = ", ".join(f"{x:.6g}" for x in centre)
+    at = ", ".join(numbers(centre))
     lines.append(f"  mass          {mass:.8g}{' kg' if deck.units else ''} at ({at}){' m' if deck.units else ''}")
     if not deck.units:
         lines.append("  units         as in the deck: not known; read_deck(..., units='mm, t, s') converts to SI")
@@ -66,6 +66,15 @@ def mass_and_center(fe: FEModel) -> tuple[float, np.ndarray]:
         return 0.0, np.full(3, np.nan)
     lever = inertia[:3, 3:] / mass  # minus the cross-product matrix of the centre
     return mass, np.array([lever[1, 2] - lever[2, 1], lever[2, 0] - lever[0, 2], lever[0, 1] - lever[1, 0]]) * 0.5
+
+
+ROUNDING = 1e-12
+"""Relative to the largest of some numbers: what is less is printed as zero."""
+
+
+def numbers(values: np.ndarray) -> list[str]:
+    """Return numbers of one kind as texts of six digits, those that are rounding as 0."""
+    return [f"{0.0 if abs(x) <= ROUNDING * np.abs(values).max() else x:.6g}" for x in np.ravel(values)]
 
 
 def _few(names: list[str], most: int = 12) -> str:

@@ -7,6 +7,7 @@ followed to freedoms that are free. A freedom is numbered ``6 node + direction``
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from scipy.sparse.linalg import splu
 
 from flexmb.errors import MeshError
 
-__all__ = ["Frames", "LinkRows", "arm", "eliminated", "follow", "mean_motion", "rows_of"]
+__all__ = ["Equation", "Frames", "LinkRows", "arm", "eliminated", "follow", "mean_motion", "rows_of", "solved_together"]
 
 Frames = dict[int, np.ndarray]
 """Axes (3, 3) of the displacements of a node, rows 1, 2, 3, where they are not the basic ones."""
@@ -86,6 +87,63 @@ class LinkRows:
         chosen = may[order[: len(matrix)]]
         rest = np.setdiff1d(np.arange(len(columns)), chosen)
         self.add(columns[chosen], columns[rest], -np.linalg.solve(scaled[:, chosen], scaled[:, rest]))
+
+
+@dataclass(frozen=True)
+class Equation:
+    """``row @ u[columns] = 0``, in which one of the freedoms `first`, all of one node, follows the others."""
+
+    name: str
+    who: str
+    columns: np.ndarray
+    row: np.ndarray
+    first: np.ndarray
+
+    @staticmethod
+    def of(
+        name: str, who: str, columns: Sequence[np.ndarray], rows: Sequence[np.ndarray], first: np.ndarray
+    ) -> Equation:
+        """Return the equation of terms that may name a freedom more than once.
+
+        Raises
+        ------
+        MeshError
+            Nothing is left of the first term.
+        """
+        every, inverse = np.unique(np.concatenate(columns), return_inverse=True)
+        merged = np.zeros(len(every))
+        np.add.at(merged, inverse.ravel(), np.concatenate(rows))
+        used = np.abs(merged) > 0.0
+        if not np.isin(first, every[used]).any():
+            raise MeshError(
+                who,
+                found="a first term with the factor 0, or whose factors cancel",
+                expected="a first term that follows the others",
+                remedy="Put a term with another factor first, or remove the equation",
+            )
+        return Equation(name, who, every[used], merged[used], first)
+
+
+def solved_together(equations: Iterable[Equation]) -> list[LinkRows]:
+    """Return the links of equations; those that free one node with turned axes of freedoms are solved together.
+
+    There a component is a mixture of the basic freedoms, and one by one two equations could choose the same of them.
+    """
+    groups: dict[int, list[Equation]] = {}
+    for equation in equations:
+        groups.setdefault(int(equation.first[0]) // 6, []).append(equation)
+    out = []
+    for group in groups.values():
+        parts = [group] if any(len(equation.first) > 1 for equation in group) else [[one] for one in group]
+        for part in parts:
+            columns = np.unique(np.concatenate([equation.columns for equation in part]))
+            matrix = np.zeros((len(part), len(columns)))
+            for k, equation in enumerate(part):
+                matrix[k, np.searchsorted(columns, equation.columns)] = equation.row
+            link = LinkRows(part[0].name)
+            link.add_equations(columns, matrix, np.concatenate([e.first for e in part]), part[0].who)
+            out.append(link)
+    return out
 
 
 def eliminated(

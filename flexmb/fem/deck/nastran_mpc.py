@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.fem.deck.contents import Deck
-from flexmb.fem.deck.links import Frames, LinkRows, rows_of
+from flexmb.fem.deck.links import Equation, Frames, rows_of, solved_together
 from flexmb.fem.deck.nastran_text import Bulk, Card
 
 __all__ = ["add_mpc", "chosen_mpc", "direction_of", "terms_of"]
@@ -51,6 +51,7 @@ def add_mpc(bulk: Bulk, deck: Deck, frames: Frames) -> None:
         return
     if others := len(bulk.of("MPC")) - len(cards):
         deck.inventory.unused["MPC of a set that is not chosen"] += others
+    equations = []
     for card in cards:
         places = terms_of(card)
         if any(deck.scalar_points.get(card.integer(at), True) is None for at in places):
@@ -67,14 +68,10 @@ def add_mpc(bulk: Bulk, deck: Deck, frames: Frames) -> None:
                     first = first[first == point.free]
         if first is None or not len(first):
             raise card.refused("no first term, or one with the factor 0", "grid point, component and factor")
-        every, inverse = np.unique(np.concatenate(columns), return_inverse=True)
-        merged = np.zeros((1, len(every)))
-        np.add.at(merged[0], inverse.ravel(), np.concatenate(row))
-        used = np.abs(merged[0]) > 0.0
-        link = LinkRows(f"MPC {card.text(1)} at node {card.text(2)}")
-        link.add_equations(every[used], merged[:, used], first, f"{card.where}, MPC {card.text(1)}")
-        deck.links.append(link)
+        name = f"MPC {card.text(1)} at node {card.text(2)}"
+        equations.append(Equation.of(name, f"{card.where}, MPC {card.text(1)}", columns, row, first))
         deck.inventory.read["MPC"] += 1
+    deck.links += solved_together(equations)
 
 
 def _freedom(card: Card, at: int, deck: Deck, frames: Frames) -> tuple[int, np.ndarray]:

@@ -18,6 +18,7 @@ from flexmb.fem.deck.unit_doubts import doubt
 from flexmb.fem.deck.units import converted
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.shells.shell import check_side
+from flexmb.fem.solids.elements import HEX8_COMPATIBLE
 from flexmb.fem.told import keeping_warnings, tell
 
 __all__ = ["DECK_READERS", "read_deck"]
@@ -124,7 +125,7 @@ def read_deck(
 
 
 def _tell(deck: Deck, fe: FEModel, part: str) -> None:
-    """Warn of doubtful units, of what was left out, of shells of second order and of materials without density."""
+    """Warn of units, of what was left out, of shells of second order, bricks that lock, materials without density."""
     if words := doubt(deck, mass_and_center(fe)[0]):
         tell(f"{part}: {words}")
     if deck.inventory.left_out:
@@ -134,5 +135,10 @@ def _tell(deck: Deck, fe: FEModel, part: str) -> None:
     if divided:
         kinds = "; ".join(f"{what} ({n})" for what, n in sorted(divided.items()))
         tell(f"{part}: {kinds}: where few of them stand in the width of a part, refine it and compare")
+    if locking := sum(len(group.labels) for group in deck.solids if group.element == HEX8_COMPATIBLE):
+        tell(
+            f"{part}: {locking} C3D8 are far too stiff in bending, here as in their program: with C3D8I in the deck "
+            "they are not"
+        )
     if weightless := sorted(deck.inventory.weightless):
         tell(f"{part}: materials without density, whose elements weigh nothing: {', '.join(weightless)}")

@@ -2,30 +2,53 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from flexmb.fem.deck.links import LinkRows
 
-__all__ = ["tie_rows"]
+__all__ = ["Tie", "tie_rows"]
 
 DEFAULT_TOLERANCE = 0.05
 """Largest distance of a tied node from its face, in mean edge lengths, where none is given."""
 ITERATIONS = 30
 """Newton steps of the projection onto a face; four suffice where the face is not folded."""
+TOUCHING = 1e-6
+"""Gaps below this share of an edge are rounding."""
 OUTSIDE = 0.1
 """How far outside of a face, in its own coordinates, a node may project: meshes of round surfaces leave gaps."""
 
 
+@dataclass(frozen=True)
+class Tie:
+    """Nodes tied to faces: their link, how many were too far, and the places (k, 3) of those moved onto their face."""
+
+    link: LinkRows
+    far: int
+    moved: np.ndarray
+    places: np.ndarray
+    widest: float
+
+
 def tie_rows(
-    name: str, points: np.ndarray, nodes: np.ndarray, faces: np.ndarray, tolerance: float | None, rotations: bool
-) -> tuple[LinkRows, int]:
-    """Return rows ``u_node = sum N_i u_i`` of nodes on faces, and how many nodes were too far.
+    name: str,
+    points: np.ndarray,
+    nodes: np.ndarray,
+    faces: np.ndarray,
+    tolerance: float | None,
+    rotations: bool,
+    turning: bool,
+) -> Tie:
+    """Return rows ``u_node = sum N_i u_i`` of nodes on faces, and the places of those nodes on the faces.
 
     `faces` (nf, 8): corners, then midside nodes along the ring, -1 behind; N are the functions of 3, 4, 6 or 8 nodes. A
-    node that is itself one of the faces is not tied. With `rotations` they follow as well.
+    node that is itself one of the faces is not tied. With `rotations` they follow as well. Over a gap g the rows
+    hold in rigid rotations only where the faces turn (`turning`, shells): there
+    ``u_node = sum N_i (u_i + t_i x g)`` and no node moves. Widest is the largest gap.
     """
-    link, far = LinkRows(name), 0
+    link, far, moved, widest = LinkRows(name), 0, {}, 0.0
     every = np.where(faces >= 0, faces, faces[:, :1])
     centres = points[every[:, :3]].mean(axis=1)
     sizes = np.linalg.norm(points[every[:, 1]] - points[every[:, 0]], axis=1)
@@ -34,21 +57,35 @@ def tie_rows(
     for node in nodes.tolist():
         if node in own:
             continue
-        _, near = tree.query(points[node], k=min(12, len(faces)))
-        best = None
-        for face in np.atleast_1d(near):
-            row = faces[face][faces[face] >= 0]
-            weights, distance, outside = _projected(points[row], points[node])
-            key = (max(outside - 1e-9, 0.0), distance)
-            if outside <= OUTSIDE and (best is None or key < best[0]):
-                best = (key, row, weights, distance)
-        if best is None or best[3] > allowed:
+        found = _nearest(points, node, faces, np.atleast_1d(tree.query(points[node], k=min(12, len(faces)))[1]))
+        if found is None or found[2] > allowed:
             far += 1
             continue
-        _, row, weights, _ = best
+        row, weights, distance = found
+        gap = points[node] - weights @ points[row]
         for k in range(6 if rotations else 3):
-            link.add([6 * node + k], 6 * row + k, weights[None, :])
-    return link, far
+            columns, values = 6 * row + k, weights
+            if turning and k < 3 and distance > TOUCHING * sizes.mean():
+                across = np.cross(np.eye(3), gap)[:, k]  # (t x g)_k, by t
+                columns = np.concatenate([columns, *(6 * row + 3 + a for a in range(3))])
+                values = np.concatenate([weights, *(across[a] * weights for a in range(3))])
+            link.add([6 * node + k], columns, values[None, :])
+        if not turning and distance > TOUCHING * sizes.mean():
+            moved[node] = points[node] - gap
+            widest = max(widest, distance)
+    return Tie(link, far, np.array(list(moved), np.int64), np.array(list(moved.values())).reshape(-1, 3), widest)
+
+
+def _nearest(points: np.ndarray, node: int, faces: np.ndarray, near: np.ndarray):
+    """Return the nodes (k,) of the face a node lies on, their weights and the distance; None beside all faces."""
+    best = None
+    for face in near:
+        row = faces[face][faces[face] >= 0]
+        weights, distance, outside = _projected(points[row], points[node])
+        key = (max(outside - 1e-9, 0.0), distance)
+        if outside <= OUTSIDE and (best is None or key < best[0]):
+            best = (key, row, weights, distance)
+    return None if best is None else best[1:]
 
 
 def _projected(nodes: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, float, float]:

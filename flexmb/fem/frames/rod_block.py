@@ -28,7 +28,7 @@ class RodBlock:
         axial is E A, torsion G J, polar the polar mass inertia per length.
     number_of_nodes : int
     point_masses : bool
-        Masses as those of Nastran: lumped ones have no inertia about the bar; coupled ones are lumped across it, and
+        Masses as in Nastran: lumped ones have no inertia about the bar; coupled ones are lumped across it, and
         the mean of lumped and consistent along it (MSC Nastran, Dynamic Analysis User's Guide, coupled mass of CROD).
     """
 

@@ -57,7 +57,7 @@ def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.
     if fe.condensed is not None:
         raise MeshError(
             part,
-            found="a model of reduced parts, whose inertia is that of their elements",
+            found="a model of reduced parts, whose inertia belongs to their elements",
             expected="masses that belong to a part",
             remedy="Give the mass to the part before it is reduced, or to the mechanism as a rigid body",
         )
@@ -119,7 +119,7 @@ def with_supports(
     Parameters
     ----------
     nodes : name of a node set, node numbers, coordinates of a node, mapping of such to directions, or None for all
-        A mapping is that of `static` and `eigenmodes`, ``fixed={"root": "xyzrxryrz", "tip": "z"}``.
+        A mapping as in `static` and `eigenmodes`, ``fixed={"root": "xyzrxryrz", "tip": "z"}``.
     directions : text or int
         "x", "y", "z" translations, "rx", "ry", "rz" rotations, or their numbers 0..5, as in `static` and `eigenmodes`.
         ``with_supports(fe, directions="zrxry")`` makes a model planar.

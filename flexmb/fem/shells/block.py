@@ -83,9 +83,9 @@ class ShellBlock:
 
     softness = None
     """Shear parameter phi (ne, c) of every edge; None: no transverse shear."""
-    spring: ClassVar[float | None] = None
-    """Share of the in-plane shear stiffness that holds the rotation about the normal; None: the membrane turns with
-    its corners."""
+    spring: ClassVar[np.ndarray | None] = None
+    """Share (ne,) of the in-plane shear stiffness that holds the rotation about the normal; None: the membrane turns
+    with its corners."""
     point_masses: ClassVar[bool] = False
     """Have lumped masses no rotary inertia?"""
 
@@ -124,7 +124,9 @@ class ShellBlock:
     def _drilled(self, at, shear: np.ndarray) -> np.ndarray | float:
         """Return what ties the rotation about the normal to the rotation of the plane at a point, (ne, 6 c, 6 c)."""
         if self.spring is not None:
-            return _weighted(drilling_row(self.corners, at, False)[:, None, :], self.spring * shear, at.weight)
+            return _weighted(
+                drilling_row(self.corners, at, False)[:, None, :], self.spring[:, None, None] * shear, at.weight
+            )
         if self.cell_type == "triangle":  # OPT resists by itself
             return 0.0
         return _weighted(drilling_row(self.corners, at)[:, None, :], shear, at.weight)

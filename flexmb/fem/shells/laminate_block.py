@@ -43,7 +43,7 @@ class LaminateBlock(ShellBlock):
         Height of the bottom and of the top over the reference plane.
     poisson : float
         Of the triangle's in-plane bending modes (shells.md); any value keeps the patch test.
-    spring : float or None
+    spring : (ne,) or None
         Share of the in-plane shear stiffness that holds the rotation about the normal, where the membrane has none of
         its own; None: the membrane turns with its corners.
     point_masses : bool
@@ -60,11 +60,11 @@ class LaminateBlock(ShellBlock):
     faces: np.ndarray
     depths: np.ndarray
     poisson: float = 0.3
-    spring: float | None = None  # type: ignore[misc]
+    spring: np.ndarray | None = None  # type: ignore[misc]
     point_masses: bool = False  # type: ignore[misc]
     ROWS: ClassVar[tuple[str, ...]] = (
         *ShellBlock.ROWS,
-        *("membrane", "coupling", "bending", "shear", "surface_mass", "faces", "depths"),
+        *("membrane", "coupling", "bending", "shear", "surface_mass", "faces", "depths", "spring"),
     )
     material: object = None  # type: ignore[assignment]
 

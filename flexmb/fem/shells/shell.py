@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.fem.meshes.cells import kept_cells
 from flexmb.fem.meshes.mesh import Mesh
 from flexmb.fem.nodal_assembly import all_freedoms, summed
-from flexmb.fem.plausibility import warn_about_material, warn_about_size
+from flexmb.fem.plausibility import require_material, warn_about_material, warn_about_size
 from flexmb.fem.shells.block import ShellBlock
 from flexmb.fem.told import keeping_warnings
 from flexmb.model.described import check_kind, is_number
@@ -27,8 +28,8 @@ area."""
 @keeping_warnings
 def shell(
     mesh: Mesh,
-    material: Material,
-    thickness: float | Mapping[str, float] | np.ndarray,
+    material: Any = None,
+    thickness: Any = None,
     *,
     lumped: bool = False,
     stress_side: float | None = None,
@@ -58,6 +59,7 @@ def shell(
     """
     name = mesh.name if name is None else name
     part = f"Shell '{name}'"
+    require_material(part, material, "fem.shell(mesh, {}, thickness=0.002)")
     check_kind(
         material,
         Material,

@@ -16,7 +16,7 @@ from functools import cache
 
 import numpy as np
 
-__all__ = ["HEX8_COMPATIBLE", "SOLID_ELEMENTS", "WEDGE6_COMPATIBLE", "ElementTables", "SolidElement"]
+__all__ = ["HEX8_COMPATIBLE", "HEX20_REDUCED", "SOLID_ELEMENTS", "WEDGE6_COMPATIBLE", "ElementTables", "SolidElement"]
 
 TET = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
 HEX = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
@@ -320,3 +320,7 @@ HEX8_COMPATIBLE = SOLID_ELEMENTS["hexahedron"].compatible()
 
 WEDGE6_COMPATIBLE = SOLID_ELEMENTS["wedge"].compatible()
 """The plain 6-node wedge: locks in bending, see docs/decisions/0002-hex8.md."""
+
+HEX20_REDUCED = replace(SOLID_ELEMENTS["hexahedron20"], stiffness_order=3)
+"""The 20-node hexahedron whose stiffness is integrated at 2x2x2 points: softer, and alone with six motions that strain
+nothing (I. Fried 1974); among neighbours in two directions it has none."""

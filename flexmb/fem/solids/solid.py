@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
@@ -13,7 +14,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.fem.meshes.facets import oriented_facet_sets, same_side
 from flexmb.fem.meshes.mesh import DIMENSION, Mesh
 from flexmb.fem.meshes.repeated_cells import first_copies
-from flexmb.fem.plausibility import warn_about_material, warn_about_size
+from flexmb.fem.plausibility import require_material, warn_about_material, warn_about_size
 from flexmb.fem.solids import kernels
 from flexmb.fem.solids.block import SolidBlock
 from flexmb.fem.solids.elements import SOLID_ELEMENTS, SolidElement
@@ -27,7 +28,7 @@ FLAT = 1e-9
 
 
 @keeping_warnings
-def solid(mesh: Mesh, material, *, lumped: bool = False, elements: Mapping[str, SolidElement] | None = None) -> FEModel:
+def solid(mesh: Mesh, material=None, *, lumped: bool = False, elements: Mapping[str, Any] | None = None) -> FEModel:
     """Return stiffness, mass and element blocks of the solid cells of a mesh.
 
     Stiffness int B^T C B, eq. (fe-stiffness), and mass int rho N^T N, eq. (fe-mass), of isoparametric elements.
@@ -167,6 +168,7 @@ def oriented(
 
 def _materials(part: str, mesh: Mesh, material, number: int, n_cells: int):
     """Yield (material, row numbers) for the cells of one entry of the mesh; each row once."""
+    require_material(part, material, "fem.solid(mesh, {})")
     if not isinstance(material, Mapping):
         _check_material(part, material)
         yield material, np.arange(n_cells)
