@@ -14,7 +14,18 @@ from flexmb.math.vectors import dot
 from flexmb.surfaces.mesh_distance import nearest_on_triangle
 from flexmb.surfaces.trees import DEPTH, built
 
-__all__ = ["FACET", "KNOT", "PLACE", "TOUCHING", "corner_boxes", "nearest_face", "packed_faces", "signed_place"]
+__all__ = [
+    "FACET",
+    "KNOT",
+    "PLACE",
+    "TOUCHING",
+    "corner_boxes",
+    "facing",
+    "nearest_face",
+    "nearest_on",
+    "packed_faces",
+    "signed_place",
+]
 
 FACET, KNOT = 9, 2
 """Numbers of a face and of a node of the tree.
@@ -94,8 +105,8 @@ def _apart(box, z):
     return square
 
 
-@inner_kernel
-def _facing(triangle, z, p):
+@kernel
+def facing(triangle, z, p):
     """Return the cosine, times the distance, between the normal of a triangle and the way from p to z."""
     N = np.empty(3)
     for i in range(3):
@@ -108,8 +119,8 @@ def _facing(triangle, z, p):
     return along / max(dot(N, N) ** 0.5, 1e-300)
 
 
-@inner_kernel
-def _nearest_on(data, facet, X, triangle, z, p):
+@kernel
+def nearest_on(data, facet, X, triangle, z, p):
     """Write the corners and the nearest point of a face or line; return where on it that is."""
     line = data[facet + 2] < 0.0
     for c in range(3):
@@ -159,11 +170,11 @@ def nearest_face(data, facets, nodes, X, boxes, z, within, place):
             continue
         for m in range(code // 16, code // 16 + code % 16):
             facet = facets + FACET * m
-            where = _nearest_on(data, facet, X, triangle, z, p)
+            where = nearest_on(data, facet, X, triangle, z, p)
             square = (z[0] - p[0]) ** 2 + (z[1] - p[1]) ** 2 + (z[2] - p[2]) ** 2
             if square > least * (1.0 + SAME):
                 continue
-            steep = abs(_facing(triangle, z, p)) if data[facet + 2] >= 0.0 else 0.0
+            steep = abs(facing(triangle, z, p)) if data[facet + 2] >= 0.0 else 0.0
             if square < least * (1.0 - SAME) or place.facet < 0 or steep > steepest:
                 least, steepest = min(square, least), steep
                 place.facet, place.where = m, where
@@ -177,7 +188,7 @@ def signed_place(data, facets, X, z, solid, place):
     p = np.empty(3)
     N = np.empty(3)
     facet = facets + FACET * place.facet
-    where = _nearest_on(data, facet, X, triangle, z, p)
+    where = nearest_on(data, facet, X, triangle, z, p)
     line = data[facet + 2] < 0.0
     size, square = 0.0, 0.0
     for i in range(3):

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import flexmb as fmb
 from flexmb import fem, reduction
-from flexmb.forces.skin_contact import ROW
+from flexmb.forces.skin_rows import ROW
 from flexmb.forces.skin_wrench import COLUMNS, SPOT, act_on_skins
 from flexmb.integrate.runs.switches import new_switching
 from flexmb.math.energies import Energy
