@@ -142,6 +142,7 @@ class Muscle(Force):
     The way goes straight from marker to marker, and around the z-axes of markers with a radius: cylinders without
     friction, with the geodesic in closed form, eq. (wrapped-path). A positive radius is passed counter-clockwise seen
     against the z-axis, a negative one clockwise; where the straight line does not touch a cylinder, the way leaves it.
+    Cylinders may follow each other, with axes of any directions, eq. (cylinders-in-a-row).
     The way is followed over full turns. A marker within a cylinder, or a way that would have to go through one, ends
     the run.
 

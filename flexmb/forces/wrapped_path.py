@@ -2,28 +2,28 @@
 
 The length L of the way and its gradient G by the displacements and rotations of all its markers make a tension T the
 wrenches ``-T G``, whose tangent is ``dT/dL G G^T + T dG``. Around a cylinder the way is a geodesic: unrolled, straight
-lines and helix are one straight line, so that its length is closed, eq. (wrapped-path).
+lines and helix are one straight line, so that its length is closed, eq. (wrapped-path). Where cylinders follow each
+other, the places X between them (`cylinders_in_a_row`) are nodes like the markers; they follow the markers, and
+``dX = -L_XX^-1 L_Xq dq`` makes the tangent that of the whole.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from flexmb.forces.cylinders_in_a_row import (
+    around_cylinder,
+    contact_angle,
+    eliminate,
+    passes_behind,
+    places_between,
+    turn_about,
+)
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.switches import KINK
+from flexmb.math.switches import IDLE, KINK
 from flexmb.math.vectors import cross, matvec, matvec_t, norm
 
-__all__ = [
-    "MOST",
-    "PATH",
-    "add_path_curvature",
-    "around_cylinder",
-    "contact_angle",
-    "passes_behind",
-    "path_length",
-    "pull",
-    "write_kinks",
-]
+__all__ = ["MOST", "PATH", "add_path_curvature", "path_length", "pull", "write_kinks"]
 
 MOST = 12
 """Markers of a way."""
@@ -34,6 +34,7 @@ PATH = np.dtype(
         ("markers", np.int64, MOST),
         ("radii", float, MOST),  # m; 0: the way goes through the marker; negative: around its z-axis the other way
         ("branches", np.int64, MOST),  # of the angles around the cylinders, or -1
+        ("between", np.int64, MOST),  # first of three, of the place between this cylinder and the next, or -1
         ("cylinders", np.int64),
         ("pairs", np.int64),  # of `pair_blocks` of the markers and of the states, in the bulk data
     ],
@@ -42,77 +43,90 @@ PATH = np.dtype(
 
 
 @inner_kernel
-def _between(work, c, p, d):
-    """Write the place of marker p from the marker c of a cylinder to `d` (2, 3): in W and in the axes of c."""
+def _from_cylinder(work, c, place, d):
+    """Write a place from the marker c of a cylinder to `d` (2, 3): in W and in the axes of c."""
     cylinder = work.markers[c]
     for i in range(3):
-        d[0, i] = work.markers[p].r[i] - cylinder.r[i]
+        d[0, i] = place[i] - cylinder.r[i]
     matvec_t(cylinder.R, d[0], d[1])
 
 
 @inner_kernel
-def _angle(row, k, state, work, P, S):
-    """Return by how much the way turns from P to S about the axis of cylinder k, followed through full turns, rad."""
-    sense = 1.0 if row.radii[k] > 0.0 else -1.0
-    x = sense * np.arctan2(P[0] * S[1] - P[1] * S[0], P[0] * S[0] + P[1] * S[1])
-    near = state.q[len(state.q) - len(work.branches) + row.branches[k]]
-    x += 2.0 * np.pi * np.round((near - x) / (2.0 * np.pi))
-    work.branches[row.branches[k]] = x
-    return x
+def _held(row, k, state, work):
+    """Return the angle around cylinder k that was accepted last."""
+    return state.q[len(state.q) - len(work.branches) + row.branches[k]]
 
 
-@kernel
-def contact_angle(radius, P, S, angle):
-    """Return the angle over which the way lies on a cylinder, rad; where it is negative the way does not touch."""
-    r = abs(radius)
-    return angle - np.arccos(r / (P[0] ** 2 + P[1] ** 2) ** 0.5) - np.arccos(r / (S[0] ** 2 + S[1] ** 2) ** 0.5)
+@inner_kernel
+def _find_between(row, first, m, state, work, P, S, X):
+    """Write the places between m cylinders from marker `first` on to X; return if there is a way."""
+    radii, near, centers, frames = np.empty(m), np.empty(m), np.empty((m, 3)), np.empty((m, 3, 3))
+    for j in range(m):
+        cylinder = work.markers[row.markers[first + j]]
+        radii[j], near[j] = row.radii[first + j], _held(row, first + j, state, work)
+        centers[j], frames[j] = cylinder.r, cylinder.R
+    start = len(state.q) - len(work.branches)
+    for j in range(m - 1):
+        for i in range(3):
+            middle = 0.5 * (centers[j, i] + centers[j + 1, i])
+            X[j, i] = middle + state.q[start + row.between[first + j] + i]
+    if not places_between(radii, centers, frames, near, P, S, X):
+        return False
+    for j in range(m - 1):
+        for i in range(3):
+            middle = 0.5 * (centers[j, i] + centers[j + 1, i])
+            work.branches[row.between[first + j] + i] = X[j, i] - middle
+    return True
 
 
-@kernel
-def passes_behind(radius, P, S, angle):
-    """Does the straight line from P to S cut the cylinder on the side around which the way does not go?"""
-    x, y = S[0] - P[0], S[1] - P[1]
-    share = -(P[0] * x + P[1] * y) / max(x * x + y * y, 1e-300)
-    across = (P[0] * y - P[1] * x) ** 2
-    return -np.pi < angle < 0.0 and 0.0 < share < 1.0 and across < radius * radius * (x * x + y * y)
+@inner_kernel
+def _divide(row, state, work, places, pieces):
+    """Write the nodes of the way (markers, then places between cylinders) and its pieces (node, cylinder or -1, node).
 
-
-@kernel
-def around_cylinder(radius, P, S, contact, g, H):
-    """Return the length of the way from P to S around the cylinder, write gradient (2, 3) and second derivative (6, 6).
-
-    In the plane across the axis the length s is that of two tangents a and an arc; ds is the unit vector u along the
-    tangent, and moving P across it turns the tangent: d2s = n n^T / a. With the height z, L = sqrt(s^2 + z^2).
+    Return how many pieces and how many places between cylinders there are; no piece where no way is found.
     """
-    r, sense = abs(radius), (1.0 if radius > 0.0 else -1.0)
-    H[:] = 0.0
-    ds = np.zeros(6)
-    s = r * contact
-    for side in range(2):
-        x = P if side == 0 else S
-        rho = (x[0] * x[0] + x[1] * x[1]) ** 0.5
-        a = (rho * rho - r * r) ** 0.5
-        s += a
-        # towards the other end, from P with the sense of the way and from S against it
-        way = sense if side == 0 else -sense
-        cosine, sine = a / rho, way * r / rho
-        u = (cosine * x[0] + sine * x[1]) / rho, (cosine * x[1] - sine * x[0]) / rho
-        n = (-u[1], u[0])
-        for i in range(2):
-            ds[3 * side + i] = u[i]
-            for j in range(2):
-                H[3 * side + i, 3 * side + j] = n[i] * n[j] / a
-    z = S[2] - P[2]
-    length = (s * s + z * z) ** 0.5
-    for i in range(6):
-        rise = (1.0 if i == 5 else -1.0 if i == 2 else 0.0) * z
-        g[i // 3, i % 3] = (s * ds[i] + rise) / length
-    for i in range(6):
-        for j in range(6):
-            rises = (1.0 if i == j else -1.0) if i % 3 == 2 and j % 3 == 2 else 0.0
-            own = ds[i] * ds[j] + s * H[i, j] + rises - g[i // 3, i % 3] * g[j // 3, j % 3]
-            H[i, j] = own / length
-    return length
+    n = row.n
+    for k in range(n):
+        places[k] = work.markers[row.markers[k]].r
+    count, more, k = 0, 0, 0
+    while k < n - 1:
+        m = 0
+        while row.radii[k + 1 + m] != 0.0:
+            m += 1
+        end = k + m + 1
+        if m == 0:
+            pieces[count, 0], pieces[count, 1], pieces[count, 2] = k, -1, end
+            count += 1
+        elif m > 1 and not _find_between(
+            row, k + 1, m, state, work, places[k], places[end], places[n + more : n + more + m - 1]
+        ):
+            return 0, 0
+        for j in range(m):
+            pieces[count, 0] = k if j == 0 else n + more + j - 1
+            pieces[count, 1] = k + 1 + j
+            pieces[count, 2] = end if j == m - 1 else n + more + j
+            count += 1
+        more += max(m - 1, 0)
+        k = end
+    return count, more
+
+
+@inner_kernel
+def _contact(row, piece, places, state, work, dp, ds):
+    """Return the angle over which a piece lies on its cylinder, -1 without one, NaN where it would go through it.
+
+    Writes where its ends are from the cylinder to dp, ds (2, 3), in W and in its axes.
+    """
+    c = piece[1]
+    if c < 0:
+        return -1.0
+    _from_cylinder(work, row.markers[c], places[piece[0]], dp)
+    _from_cylinder(work, row.markers[c], places[piece[2]], ds)
+    angle = turn_about(row.radii[c], dp[1], ds[1], _held(row, c, state, work))
+    work.branches[row.branches[c]] = angle
+    if passes_behind(row.radii[c], dp[1], ds[1], angle):
+        return np.nan
+    return contact_angle(row.radii[c], dp[1], ds[1], angle)
 
 
 @kernel
@@ -121,42 +135,39 @@ def path_length(row, state, work, G):
 
     NaN where a marker is inside a cylinder, or the way would have to go through one.
     """
-    markers = work.markers
+    places, pieces = np.empty((2 * MOST, 3)), np.empty((MOST, 3), np.int64)
     dp, ds, g, H = np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3)), np.empty((6, 6))
     d, t = np.empty(3), np.empty(3)
     G[:] = 0.0
-    total = 0.0
-    k = 0
-    while k < row.n - 1:
-        c, end = k + 1, k + 1
-        contact = -1.0
-        if row.radii[c] != 0.0:
-            end = k + 2
-            _between(work, row.markers[c], row.markers[k], dp)
-            _between(work, row.markers[c], row.markers[end], ds)
-            angle = _angle(row, c, state, work, dp[1], ds[1])
-            contact = contact_angle(row.radii[c], dp[1], ds[1], angle)
-            if passes_behind(row.radii[c], dp[1], ds[1], angle):
-                contact = np.nan
+    n, total = row.n, 0.0
+    count, _ = _divide(row, state, work, places, pieces)
+    if count == 0:
+        return np.nan
+    for m in range(count):
+        piece = pieces[m]
+        c = piece[1]
+        contact = _contact(row, piece, places, state, work, dp, ds)
         if contact <= 0.0:
             for i in range(3):
-                d[i] = markers[row.markers[end]].r[i] - markers[row.markers[k]].r[i]
+                d[i] = places[piece[2], i] - places[piece[0], i]
             length = max(norm(d), 1e-150)
             total += length
             for i in range(3):
-                G[end, i] += d[i] / length
-                G[k, i] -= d[i] / length
+                if piece[2] < n:
+                    G[piece[2], i] += d[i] / length
+                if piece[0] < n:
+                    G[piece[0], i] -= d[i] / length
         else:
             total += around_cylinder(row.radii[c], dp[1], ds[1], contact, g, H)
             for side in range(2):
-                other, place = (k, dp) if side == 0 else (end, ds)
-                matvec(markers[row.markers[c]].R, g[side], d)
+                place = dp if side == 0 else ds
+                matvec(work.markers[row.markers[c]].R, g[side], d)
                 cross(place[0], d, t)
                 for i in range(3):
-                    G[other, i] += d[i]
+                    if piece[2 * side] < n:
+                        G[piece[2 * side], i] += d[i]
                     G[c, i] -= d[i]
                     G[c, 3 + i] -= t[i]
-        k = end
     return total
 
 
@@ -229,57 +240,128 @@ def _add_wrapped(R, d, g, H, ends, c, tension, K):
                 K[6 * c + 3 + i, at] -= tension * t[i]
 
 
-@kernel
-def add_path_curvature(row, state, work, tension, K):
-    """Add ``tension dG``, what the directions of the way change with the places of its markers, to K (6 n, 6 n)."""
+@inner_kernel
+def _turning(row, state, work, places, pieces, count, tension, K):
+    """Add how the directions of all pieces change with the nodes, times the tension, to K."""
     dp, ds, g, H, d = np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3)), np.empty((6, 6)), np.empty((2, 3))
-    k = 0
-    while k < row.n - 1:
-        c, end = k + 1, k + 1
-        contact = -1.0
-        if row.radii[c] != 0.0:
-            end = k + 2
-            _between(work, row.markers[c], row.markers[k], dp)
-            _between(work, row.markers[c], row.markers[end], ds)
-            contact = contact_angle(row.radii[c], dp[1], ds[1], _angle(row, c, state, work, dp[1], ds[1]))
+    for m in range(count):
+        piece = pieces[m]
+        c = piece[1]
+        contact = _contact(row, piece, places, state, work, dp, ds)
         if contact <= 0.0:
-            _add_straight(work.markers[row.markers[k]].r, work.markers[row.markers[end]].r, k, end, tension, K)
+            _add_straight(places[piece[0]], places[piece[2]], piece[0], piece[2], tension, K)
         else:
             around_cylinder(row.radii[c], dp[1], ds[1], contact, g, H)
             d[0], d[1] = dp[0], ds[0]
-            _add_wrapped(work.markers[row.markers[c]].R, d, g, H, (k, end), c, tension, K)
-        k = end
+            _add_wrapped(work.markers[row.markers[c]].R, d, g, H, (piece[0], piece[2]), c, tension, K)
 
 
 @inner_kernel
-def _angle_rate(work, c, p, d):
-    """Return the rates of the angle of marker p about the axis of a cylinder and of its distance from the axis."""
+def _follow(n, more, K, follows):
+    """Write how the places between cylinders follow displacements and rotations of the markers to (3 more, 6 n)."""
+    own = np.empty((3 * more, 3 * more))
+    for a in range(3 * more):
+        at = 6 * (n + a // 3) + a % 3
+        for b in range(3 * more):
+            own[a, b] = K[at, 6 * (n + b // 3) + b % 3]
+        for j in range(6 * n):
+            follows[a, j] = -K[at, j]
+    for a in range(0, 3 * more, 3):  # along its line a place is free: it stays, and nothing depends on it
+        stiff = own[a, a] + own[a + 1, a + 1] + own[a + 2, a + 2]
+        least, e = np.inf, np.zeros(3)
+        for i in range(3):  # the direction that its own block does not resist: the largest product of two rows
+            p, q, x = own[a + i, a : a + 3], own[a + (i + 1) % 3, a : a + 3], np.empty(3)
+            cross(p, q, x)
+            size = norm(x)
+            if -size < least:
+                least = -size
+                e[:] = x / max(size, 1e-300)
+        for i in range(3):
+            for k in range(3):
+                own[a + i, a + k] += stiff * e[i] * e[k]
+    eliminate(own, follows)
+
+
+@kernel
+def add_path_curvature(row, state, work, tension, K):
+    """Add ``tension dG``, what the directions of the way change with the places of its markers, to K (6 n, 6 n)."""
+    places, pieces = np.empty((2 * MOST, 3)), np.empty((MOST, 3), np.int64)
+    n = row.n
+    count, more = _divide(row, state, work, places, pieces)
+    if more == 0:
+        _turning(row, state, work, places, pieces, count, tension, K)
+        return
+    size = 6 * (n + more)
+    whole, follows = np.zeros((size, size)), np.empty((3 * more, 6 * n))
+    _turning(row, state, work, places, pieces, count, 1.0, whole)
+    _follow(n, more, whole, follows)
+    for i in range(6 * n):
+        for j in range(6 * n):
+            x = whole[i, j]
+            for a in range(3 * more):
+                x += whole[i, 6 * (n + a // 3) + a % 3] * follows[a, j]
+            K[i, j] += tension * x
+
+
+@inner_kernel
+def _angle_rate(work, c, moving, d):
+    """Return the rates of the angle of a node about the axis of a cylinder and of its distance from the axis."""
     swept, v, V = np.empty(3), np.empty(3), np.empty(3)
     cylinder = work.markers[c]
     cross(cylinder.w, d[0], swept)
     for i in range(3):
-        v[i] = work.markers[p].v[i] - cylinder.v[i] - swept[i]
+        v[i] = moving[i] - cylinder.v[i] - swept[i]
     matvec_t(cylinder.R, v, V)
     rho2 = d[1, 0] ** 2 + d[1, 1] ** 2
     return (d[1, 0] * V[1] - d[1, 1] * V[0]) / rho2, (d[1, 0] * V[0] + d[1, 1] * V[1]) / rho2**0.5
 
 
+@inner_kernel
+def _speeds(row, state, work, places, pieces, count, more, v):
+    """Write the velocities of all nodes, those of places between cylinders without their motion along the line."""
+    n = row.n
+    for k in range(n):
+        v[k] = work.markers[row.markers[k]].v
+    if more == 0:
+        return
+    size = 6 * (n + more)
+    whole, follows = np.zeros((size, size)), np.empty((3 * more, 6 * n))
+    _turning(row, state, work, places, pieces, count, 1.0, whole)
+    _follow(n, more, whole, follows)
+    for a in range(3 * more):
+        x = 0.0
+        for k in range(n):
+            marker = work.markers[row.markers[k]]
+            for i in range(3):
+                x += follows[a, 6 * k + i] * marker.v[i] + follows[a, 6 * k + 3 + i] * marker.w[i]
+        v[n + a // 3, a % 3] = x
+
+
 @kernel
 def write_kinks(row, state, work, out, first):
     """Write from row `first` of `out` where the way begins to touch its cylinders; return the row behind."""
+    if row.cylinders == 0:
+        return first
+    places, pieces, v = np.empty((2 * MOST, 3)), np.empty((MOST, 3), np.int64), np.empty((2 * MOST, 3))
     dp, ds = np.empty((2, 3)), np.empty((2, 3))
-    for c in range(1, row.n - 1):
-        r = abs(row.radii[c])
-        if r == 0.0:
+    count, more = _divide(row, state, work, places, pieces)
+    if count == 0:
+        for m in range(row.cylinders):
+            out[first + m, 0] = IDLE
+        return first + row.cylinders
+    _speeds(row, state, work, places, pieces, count, more, v)
+    for m in range(count):
+        piece = pieces[m]
+        c = piece[1]
+        if c < 0:
             continue
-        _between(work, row.markers[c], row.markers[c - 1], dp)
-        _between(work, row.markers[c], row.markers[c + 1], ds)
+        r = abs(row.radii[c])
         kink = out[first]
         kink[:] = 0.0
         kink[0], kink[8], kink[9] = KINK, 1.0, 1.0
-        kink[1] = contact_angle(row.radii[c], dp[1], ds[1], _angle(row, c, state, work, dp[1], ds[1]))
-        turn_p, away_p = _angle_rate(work, row.markers[c], row.markers[c - 1], dp)
-        turn_s, away_s = _angle_rate(work, row.markers[c], row.markers[c + 1], ds)
+        kink[1] = _contact(row, piece, places, state, work, dp, ds)
+        turn_p, away_p = _angle_rate(work, row.markers[c], v[piece[0]], dp)
+        turn_s, away_s = _angle_rate(work, row.markers[c], v[piece[2]], ds)
         rate = (1.0 if row.radii[c] > 0.0 else -1.0) * (turn_s - turn_p)
         for side in range(2):
             x, away = (dp[1], away_p) if side == 0 else (ds[1], away_s)

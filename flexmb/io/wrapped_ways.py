@@ -6,9 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from flexmb.forces.cylinders_in_a_row import places_between, turn_about
+from flexmb.forces.path_fields import first_places
 from flexmb.io.solids import Surface, tube
 
-__all__ = ["PIECES", "place_on_way", "way_pieces"]
+__all__ = ["PIECES", "ends_between", "place_on_way", "way_pieces"]
 
 PIECES = 24
 """Straight pieces that a way around a cylinder is drawn with."""
@@ -17,41 +19,72 @@ PIECES = 24
 def way_pieces(force, e: float) -> list[tuple[tuple, Surface]]:
     """Return what is drawn of the way of a force, of thickness `e` (m): (carrier, surface).
 
-    Carriers are ("link", marker, marker, force), and ("way", marker before, cylinder, marker behind, radius, share,
-    share, force) around a cylinder.
+    Carriers are ("link", marker, marker, force), and ("way", markers, radii, number, share, share, force) around one of
+    the cylinders between two markers.
     """
     rod = tube((0, 0, 0), (0, 0, 1), 0.5 * e)
     pieces: list[tuple[tuple, Surface]] = []
     k = 0
     while k < len(force.through) - 1:
-        radius = force.radii[k + 1]
-        if radius == 0.0:
-            pieces.append((("link", force.through[k], force.through[k + 1], force.name), rod))
-            k += 1
-            continue
+        end = k + 1
+        while force.radii[end]:
+            end += 1
+        if end == k + 1:
+            pieces.append((("link", force.through[k], force.through[end], force.name), rod))
         shares = np.linspace(0.0, 1.0, PIECES + 1).tolist()
-        markers = force.through[k : k + 3]
-        pieces += [(("way", *markers, radius, a, b, force.name), rod) for a, b in pairwise(shares)]
-        drum = tube((0, 0, -2.0 * abs(radius)), (0, 0, 2.0 * abs(radius)), abs(radius) * (1.0 - 1e-3) - 0.5 * e)
-        if abs(radius) > e:
-            pieces.append((("marker", markers[1], force.name), drum))
-        k += 2
+        markers, radii = force.through[k : end + 1], force.radii[k + 1 : end]
+        for j, radius in enumerate(radii):
+            pieces += [(("way", markers, radii, j, a, b, force.name), rod) for a, b in pairwise(shares)]
+            height = 2.0 * abs(radius)
+            drum = tube((0, 0, -height), (0, 0, height), abs(radius) * (1.0 - 1e-3) - 0.5 * e)
+            if abs(radius) > e:
+                pieces.append((("marker", markers[1 + j], force.name), drum))
+        k = end
     return pieces
 
 
-def place_on_way(before, cylinder, behind, radius: float, share: float) -> np.ndarray:
-    """Return the places (nt, 3), m, in W, at a share of the way between two markers around a cylinder.
+def ends_between(motions, radii) -> np.ndarray:
+    """Return the ends of the pieces of a way over each cylinder, (nt, m + 1, 3), m, in W.
 
     Parameters
     ----------
-    before, cylinder, behind : marker motions with r (nt, 3), and R (nt, 3, 3) of the cylinder
+    motions : of the marker before, of the cylinders and of the marker behind, with r (nt, 3) and R (nt, 3, 3)
+    radii : (m,), m
+    """
+    radii = np.array(radii, float)
+    r = np.stack([motion.r for motion in motions], axis=1)
+    R = np.ascontiguousarray(np.stack([motion.R for motion in motions[1:-1]], axis=1))
+    ends = np.delete(r, -2, axis=1) if len(radii) == 1 else r[:, 1:].copy()
+    ends[:, 0], ends[:, -1] = r[:, 0], r[:, -1]
+    if len(radii) == 1:
+        return ends
+    near = np.full(len(radii), 0.5 * np.pi)
+    X = first_places(radii, r[0, 1:-1], R[0], r[0, 0], r[0, -1])
+    for k in range(len(r)):
+        found = X.copy()
+        if places_between(radii, np.ascontiguousarray(r[k, 1:-1]), R[k], near, r[k, 0].copy(), r[k, -1].copy(), found):
+            X = found
+        ends[k, 1:-1] = X
+        for j in range(len(radii)):
+            one, two = (R[k, j].T @ (x - r[k, 1 + j]) for x in ends[k, j : j + 2])
+            near[j] = turn_about(radii[j], one, two, near[j])
+    return ends
+
+
+def place_on_way(before, cylinder, behind, radius: float, share: float) -> np.ndarray:
+    """Return the places (nt, 3), m, in W, at a share of the way between two places around a cylinder.
+
+    Parameters
+    ----------
+    before, behind : (nt, 3), m, in W
+    cylinder : marker motion with r (nt, 3) and R (nt, 3, 3)
     radius : float, m
         Negative: clockwise about the z-axis of the cylinder.
     share : float
-        0 at the marker before, 1 at the one behind.
+        0 at the place before, 1 at the one behind.
     """
     r, sense = abs(radius), float(np.sign(radius))
-    P, S = (np.einsum("tji,tj->ti", cylinder.R, end.r - cylinder.r) for end in (before, behind))
+    P, S = (np.einsum("tji,tj->ti", cylinder.R, end - cylinder.r) for end in (before, behind))
     turn = sense * np.arctan2(P[:, 0] * S[:, 1] - P[:, 1] * S[:, 0], np.sum(P[:, :2] * S[:, :2], axis=1))
     turn = np.unwrap(turn) + (2.0 * np.pi if turn[0] < -0.5 * np.pi else 0.0)  # as described, then followed
     far = [np.hypot(x[:, 0], x[:, 1]) for x in (P, S)]
