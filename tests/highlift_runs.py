@@ -1,7 +1,7 @@
 """The high-lift example: its files, its data, and runs that several tests look at."""
 
 import tomllib
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ CHECK = DATA["check"]["quasi_static"]
 RANGE = np.radians(DATA["trailing_edge"]["track_2"]["drive"]["lever_range_deg"])
 
 
-@cache
+@lru_cache(maxsize=4)  # a solution with the motion of its 400 markers takes up to 100 MB
 def run(case: str, *settings: tuple[str, float], t_end: float | None = None, samples: int | None = None):
     """Return the solution of a case of examples/highlift with parameters set."""
     path, given = FOLDER / f"{case}.toml", dict(settings)

@@ -114,10 +114,11 @@ def _run(code, p, time, z, stack, answer):
 
 
 @inner_kernel
-def _values(row, data, state, work, count, z, sorts, push, slope):
+def _values(row, data, state, work, count, z, sorts, push, slope, first):
     """Measure the atoms, and write the values of `count` programs behind them in `z` (n_atoms + n, 3).
 
-    The last column, which first derivatives do not need, receives the rates of the atoms.
+    The last column, which first derivatives do not need, receives the rates of the atoms; `first` (n,) the derivatives
+    of programs by their first inputs, which cost nothing more.
     """
     atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
     jet, time, stack, answer = np.empty(3), np.zeros(3), np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
@@ -135,8 +136,13 @@ def _values(row, data, state, work, count, z, sorts, push, slope):
                 total += factors[u] * z[uses[u], 0]
             z[row.n_atoms + p, 0] = total
             continue
+        seeded = starts[p + 1] > starts[p]
+        if seeded:
+            z[uses[starts[p]], 1] = 1.0
         _run(code, p, time, z, stack, answer)
-        z[row.n_atoms + p, 0] = stack[0, 0]
+        if seeded:
+            z[uses[starts[p]], 1] = 0.0
+        z[row.n_atoms + p, 0], first[p] = stack[0, 0], stack[0, 1]
 
 
 @row_kernel
@@ -146,8 +152,8 @@ def sample(raw, data, state, work):
     for m in range(rows.shape[0]):
         row = rows[m]
         z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
-        push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
-        _values(row, data, state, work, row.n_used, z, sorts, push, slope)
+        push, slope, first_slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12)), np.empty(row.n)
+        _values(row, data, state, work, row.n_used, z, sorts, push, slope, first_slope)
         outputs = _integers(data, row.outputs, 2 * row.n_outputs)
         for k in range(row.n_outputs):
             to = state.signals[outputs[2 * k + 1]]
@@ -161,8 +167,11 @@ def sample(raw, data, state, work):
 
 
 @inner_kernel
-def _gradients(row, data, state, count, z):
-    """Return the derivatives (n, n_atoms) of the results of `count` programs by the atoms."""
+def _gradients(row, data, state, count, z, first):
+    """Return the derivatives (n, n_atoms) of the results of `count` programs by the atoms.
+
+    first : (n,), those of programs by their first inputs, of `_values`
+    """
     found, time = np.zeros((row.n, row.n_atoms)), np.zeros(3)
     stack, answer = np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
     time[0] = state.t
@@ -173,6 +182,8 @@ def _gradients(row, data, state, count, z):
             i = uses[u]
             if affine[p] == 1:
                 by = factors[u]
+            elif u == starts[p]:
+                by = first[p]
             else:
                 z[i, 1] = 1.0
                 _run(code, p, time, z, stack, answer)
@@ -250,10 +261,10 @@ def tangent(raw, data, state, work):
         if not moving and (row.implicit == 0 or weights.mass == 0.0):
             continue
         z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
-        push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
-        _values(row, data, state, work, row.n_used, z, sorts, push, slope)
+        push, slope, first_slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12)), np.empty(row.n)
+        _values(row, data, state, work, row.n_used, z, sorts, push, slope, first_slope)
         atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
-        by_atoms = _gradients(row, data, state, row.n_used, z)
+        by_atoms = _gradients(row, data, state, row.n_used, z, first_slope)
         by_place, by_twist = np.empty((row.n_legs, 6)), np.empty((row.n_legs, 6))
         by_change = np.empty((row.n_legs, 6))
         acts = _integers(data, row.acts, 5 * row.n_acts)
@@ -315,9 +326,9 @@ def switch(raw, data, state, work, out):
         if row.n_kinks == 0:
             continue
         z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
-        push, slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12))
-        _values(row, data, state, work, row.n, z, sorts, push, slope)
-        by_atoms = _gradients(row, data, state, row.n, z)
+        push, slope, first_slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12)), np.empty(row.n)
+        _values(row, data, state, work, row.n, z, sorts, push, slope, first_slope)
+        by_atoms = _gradients(row, data, state, row.n, z, first_slope)
         kinks, units = _integers(data, row.kinks, 4 * row.n_kinks), _integers(data, row.units, row.n_atoms)
         for k in range(row.n_kinks):
             slot, kind, begin, count = kinks[4 * k], kinks[4 * k + 1], kinks[4 * k + 2], kinks[4 * k + 3]

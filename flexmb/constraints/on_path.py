@@ -12,10 +12,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.constraints.rows import HEADER, add_to_pairs, pair_blocks
+from flexmb.constraints.marker_blocks import add_to_pair, block_codes, own_parts, projected
+from flexmb.constraints.rows import HEADER
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.splines import cardinal_splines, evaluate_cardinal, pack_spline
-from flexmb.math.tables import STIFF, row_kernel
+from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, dot, matvec
 from flexmb.model.primitives import Equation
 from flexmb.model.table import Table
@@ -30,7 +31,9 @@ ROW = np.dtype(
         ("path", np.int64),  # numbers of the markers, in the bulk data
         ("basis", np.int64),  # of `cardinal_splines`
         ("across", np.int64),  # (sides, n, 3) directions in the axes of the markers
-        ("pairs", np.int64),  # of `pair_blocks`
+        ("spans", np.int64),  # of each leg: its group of coordinates
+        ("codes", np.int64),  # of `block_codes` of these groups
+        ("n_spans", np.int64),
         ("ends", np.int64),  # 1: beyond the ends is an error
         ("branch", np.int64),  # place on the path
     ],
@@ -224,6 +227,25 @@ def _directions(row, data, work, side, a, turn):
         cross(marker.w, turn[k, 0], turn[k, 1])
 
 
+@inner_kernel
+def _add_to_matrix(row, data, work, K):
+    """Add K (6 n + 6, 6 n + 6) of all legs to the iteration matrix, body by body."""
+    count = row.n + 1
+    numbers, spans, firsts = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count, np.int64)
+    for k in range(count):
+        numbers[k] = work.legs[row.leg + k].marker
+        spans[k] = int(data[row.spans + k])
+    total = own_parts(spans, numbers, work.markers, firsts)
+    M = projected(numbers, firsts, total, K, np.zeros(K.shape), work)
+    done = np.zeros((row.n_spans, row.n_spans))
+    for c in range(count):
+        for d in range(count):
+            if done[spans[c], spans[d]] == 0.0:
+                done[spans[c], spans[d]] = 1.0
+                code = int(data[row.codes + row.n_spans * spans[c] + spans[d]])
+                add_to_pair(code, M, firsts[c], firsts[d], work)
+
+
 @row_kernel
 def evaluate(raw, data, state, work):
     """g = m(s) . (p - c(s)) at the nearest point s of the path, eq. (on-path)."""
@@ -264,8 +286,8 @@ def evaluate(raw, data, state, work):
                     marker.wrench[i] += leg.gradient[i] * lam
             if work.weights[0].wanted == 1:
                 _add_tangent(K, lam, B, C, M, a, e, D, mu, Fx, mixed)
-        if work.weights[0].wanted == 1:
-            add_to_pairs(work, data, row.pairs, n + 1, K, np.zeros((6 * n + 6, 6 * n + 6)))
+        if work.weights[0].wanted == 1 and work.weights[0].stiffness != 0.0:
+            _add_to_matrix(row, data, work, K)
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,13 +322,20 @@ class OnPath(Equation):
         poses = [compiler.pose(m) for m in path]
         points = np.array([r for r, _ in poses])
         basis, across = cardinal_splines(points), self.directions(poses)
+        groups: dict[tuple[int, int, int], int] = {}
+        for marker in markers:
+            groups.setdefault(compiler.span(marker), marker)
+        n = len(groups)
+        codes = block_codes(compiler, list(groups.values()), [(a, b) for b in range(n) for a in range(b)])
         return {
             "n": len(path),
             "sides": self.count,
             "path": compiler.bulk(np.array(path, float)),
             "basis": compiler.bulk(basis),
             "across": compiler.bulk(across),
-            "pairs": compiler.bulk(np.array(pair_blocks(compiler, markers, STIFF), float)),
+            "spans": compiler.bulk(np.array([list(groups).index(compiler.span(m)) for m in markers], float)),
+            "codes": compiler.bulk(codes),
+            "n_spans": n,
             "ends": int(self.strict),
             "branch": compiler.branch(
                 f"place on the path of {self.name}", nearest_place(basis, points, compiler.position(markers[1]))

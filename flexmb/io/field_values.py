@@ -58,6 +58,8 @@ class Context:
         Makes the model of a stored run from its text: see `Solution.load`.
     kept : dict of (Path, place) to (text of the table, part, what was told as it was made), optional
         Parts without expressions that were made before, from equal tables.
+    stated : mapping of name to TOML value
+        The parameters as the file writes them.
     """
 
     path: Path
@@ -71,6 +73,7 @@ class Context:
     made: dict[str, ModalNeutralData] = field(default_factory=dict)
     read_model: Callable[..., Any] | None = None
     kept: dict[tuple[Path, str], tuple[str, Any, tuple[Told, ...]]] | None = None
+    stated: Mapping[str, Any] = field(default_factory=dict)
 
     def value(self, raw: Any, where: str, *, poses: bool = False) -> Any:
         """Return what a TOML value stands for; with `poses` a table is never a signal (markers have any name)."""

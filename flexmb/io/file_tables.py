@@ -18,7 +18,7 @@ from flexmb.io.toml_text import read_toml
 
 __all__ = ["flat_parameters", "read_tables"]
 
-_LISTS = (*kind_lists.FAMILIES, "assembly")
+_LISTS = (*kind_lists.FAMILIES, "assembly", "note")
 _MERGED = ("parameters", "signals", "simulation")
 
 

@@ -27,6 +27,7 @@ TABLES = (
     *FAMILIES,
     "moving_load",
     "assembly",
+    "note",
     "simulation",
 )
 """What a model file may hold at its top."""

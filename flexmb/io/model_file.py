@@ -17,8 +17,10 @@ from flexmb.io import kind_lists
 from flexmb.io.field_values import Context, call, find_kind, located
 from flexmb.io.file_parameters import resolve
 from flexmb.io.file_tables import read_tables
+from flexmb.io.inherited import inherited
 from flexmb.io.limits import ASSEMBLIES, NESTED, named_file
 from flexmb.io.moving_loads import moving_forces
+from flexmb.io.notes import tell_note
 from flexmb.io.part_tables import body_data
 from flexmb.io.simulation_settings import Simulation
 from flexmb.io.toml_text import parse_toml
@@ -164,8 +166,11 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
             remedy="Remove one of these assemblies",
         )
     _check_top(tables, path.name)
-    context = replace(given, parameters=resolve(tables, given.parameters, path.name))
+    stated = tables.get("parameters", {})
+    context = replace(given, parameters=resolve(tables, given.parameters, path.name), stated=stated)
     context = replace(context, signals=_signals(tables, context))
+    for where, raw in _present(tables, "note", context):
+        tell_note(raw, where)
     assemblies = [_assembly(raw, where, context, (*chain, own)) for where, raw in _present(tables, "assembly", context)]
     families: dict[str, list[Any]] = {
         family: [_part(where, raw, context) for where, raw in _present(tables, table, context)]
@@ -380,8 +385,7 @@ def _assembly(raw: dict[str, Any], where: str, context: Context, chain: tuple[Pa
     try:
         tables = read_tables(path)
         if values.get("inherit", False):
-            own = tables.get("parameters", {})
-            given = {**{name: value for name, value in context.parameters.items() if name in own}, **given}
+            given = inherited(tables, path.name, context.parameters, context.stated, given, where)
         model = _load(tables, replace(context, path=path, parameters=given), chain)
         pose = as_pose({k: v for k, v in values.items() if k in ("at", "rotation", "x", "y", "z")}, where, "placement")
         return placed(model, values["prefix"], at=pose.at, rotation=pose.rotation)

@@ -143,7 +143,7 @@ def _is_object(raw: Any) -> bool:
 
 def _load(raw: Any, where: str, kinds: Mapping[str, type], context: Context) -> Any:
     """Return a load: of a mesh, of a table, of a file; or whatever else `reduce` takes."""
-    if _is_object(raw) and raw["kind"] not in context.kinds:
+    if _is_object(raw) and str(raw["kind"]) not in context.kinds:
         return _piece(raw, where, {**kinds, **{n: k for n, k in context.kinds.items() if n in OF_MESHES}}, context)
     return context.value(raw, where, poses=not _is_object(raw))
 

@@ -21,7 +21,7 @@ from flexmb.io.plate_surfaces import PlateSurface
 from flexmb.io.shape_surfaces import shape_surface
 from flexmb.io.sharp_edges import with_sharp_edges
 from flexmb.io.swept_lines import SweptLine
-from flexmb.io.wrapped_ways import place_on_way, way_pieces
+from flexmb.io.wrapped_ways import ends_between, place_on_way, way_pieces
 from flexmb.results import recover
 
 __all__ = ["DrawnPart", "Scene", "Snapshot"]
@@ -199,13 +199,27 @@ class Scene:
             q, _ = series.coordinates(names[0])
             return q[:, :3], recover.rotation_matrices(q[:, 3:7])
         motions = [series.marker(name) for name in names if isinstance(name, str)]
-        r, A = motions[0].r, motions[0].R
         if kind == "way":
-            radius, *shares = names[3:]
-            r, end = (place_on_way(*motions, radius, share) for share in shares)
-            A = _link_axes(end - r)
-        elif kind == "link":
+            markers, radii, number, *shares = names
+            ends = self._ends(markers, radii, series)
+            around = ends[:, number], series.marker(markers[1 + number]), ends[:, number + 1]
+            r, end = (place_on_way(*around, radii[number], share) for share in shares)
+            return self._while_there(owner, series, r, _link_axes(end - r))
+        r, A = motions[0].r, motions[0].R
+        if kind == "link":
             A = _link_axes(motions[1].r - r)
+        return self._while_there(owner, series, r, A)
+
+    def _ends(self, markers, radii, series):
+        """Return the ends of the pieces of a way, (nt, m + 1, 3); the same for all that is drawn of it."""
+        known = ("ends", markers, radii, id(series))
+        if known not in self._maps:
+            self._maps[known] = series, ends_between([series.marker(name) for name in markers], radii)
+        return self._maps[known][1]
+
+    @staticmethod
+    def _while_there(owner, series, r, A):
+        """Return a map that draws nothing after its part has gone."""
         parts = (*series.model.joints, *series.model.forces)
         if owner is not None and owner not in {part.name for part in parts}:
             A = np.zeros_like(A)

@@ -4,6 +4,8 @@ Reference: the check values of examples/highlift/parameters.toml (loop closure, 
 Zierath, Woernle & Heyden (Figs. 16-18) with the tolerances that the data set proposes.
 """
 
+import warnings
+
 import numpy as np
 import pytest
 from highlift_runs import CHECK, DATA, FOLDER, RANGE, at_stations, run, slow_run
@@ -116,6 +118,15 @@ def test_the_torque_of_strips_beyond_track_2():
         a = abs(turn * CHECK[f"drive_strut_{track}"][k] / way)  # rad/m, pitch of this end for each metre of its strut
         old, new = (at_stations(s, f"inboard_t{track}_strut force", 0)[k] for s in (one, two))
         assert new - old == pytest.approx(a * moved, rel=0.02)  # strut 1 pulls more, strut 2 pushes less
+
+
+def test_the_rule_of_the_data_set_is_told():
+    """Rigid parts say by default that strut 1 is low; those that share the torque rightly, and elastic ones, do not."""
+    for given, expected in (({}, True), ({"data_set_moments": False}, False), ({"rigid": False}, False)):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            fmb.load_model(FOLDER / "operation.toml", given)
+        assert any("strut 1 of the rigid flap parts is 7 % low" in str(w.message) for w in caught) == expected
 
 
 def test_outcome_5_3():

@@ -1,9 +1,11 @@
 """Model files that take over from others: a base, shared data; parts that a parameter leaves out; lists."""
 
+import warnings
+
 import pytest
 
 from flexmb import io
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, ValidityWarning
 from flexmb.io.file_tables import flat_parameters
 from flexmb.model.expression import evaluate, evaluate_values
 
@@ -127,6 +129,49 @@ def test_inherit(folder):
     assert model.body("a_ball").mass == 4.0
     assert model.body("b_ball").mass == 11.5
     assert type(model.body("a_ball")).__name__ == "RigidBody"
+
+
+def test_an_inherited_name_that_means_something_else(folder):
+    """Two formulas of one name and different values are told; one formula, one value, a number, or a stated
+    purpose is not."""
+    wing = folder / "wing.toml"
+    text = wing.read_text().replace("span = 2.0", 'span = 2.0\nmass = "= 300 + span"')
+    wing.write_text(text)
+    with pytest.warns(ValidityWarning, match=r"'mass' of base.toml the value 302.0 .* itself calculates 4.0 .*span"):
+        assert io.load_model(wing).body("a_ball").mass == 302.0
+    for old, new, mass in (
+        ("300 + span", "2*span", 4.0),
+        ("300 + span", "span + span", 4.0),
+        ('"= 300 + span"', "302.0", 302.0),
+        ("inherit = true", 'inherit = true\nparameters = { mass = "= mass" }', 302.0),
+    ):
+        wing.write_text(text.replace(old, new))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert io.load_model(wing).body("a_ball").mass == mass
+            if "2*span" in new:  # set from outside, one formula in both files
+                assert io.load_model(wing, {"mass": 7.0}).body("a_ball").mass == 7.0
+
+
+def test_notes(folder):
+    """A note is a warning where its condition holds, also from the base and from within an assembly."""
+    base = folder / "base.toml"
+    text = base.read_text()
+    note = '\n[[note]]\nif = "= rigid"\ntext = "struts are 7 % low"\n'
+    base.write_text(text + note)
+    for file, parameters, told in (("base", {}, 1), ("base", {"rigid": False}, 0), ("case", {}, 1), ("wing", {}, 1)):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            io.load_model(folder / f"{file}.toml", parameters)
+        assert [str(w.message).partition(": ")[2] for w in caught] == told * ["struts are 7 % low"]
+    for old, new, message in (
+        ('text = "struts', 'txt = "struts', "the field 'text' is missing"),
+        ('text = "struts are 7 % low"', "text = 7", "text = 7"),
+        ("\ntext", '\nkind = "Note"\ntext', "there is no field 'kind'"),
+    ):
+        base.write_text(text + note.replace(old, new))
+        with pytest.raises(ModelError, match=message):
+            io.load_model(base)
 
 
 @pytest.mark.parametrize(
