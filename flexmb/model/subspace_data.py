@@ -10,16 +10,15 @@ from scipy.linalg import eigh
 
 from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants, ModalArrays
 
-__all__ = ["in_subspace"]
+__all__ = ["in_subspace", "own_shapes"]
 
 Data = TypeVar("Data", bound=ModalArrays)
 
 
-def in_subspace(data: Data, directions: np.ndarray) -> Data:
-    """Return the body that deforms in a subspace only: eta = directions y.
+def own_shapes(data: ModalArrays, directions: np.ndarray) -> np.ndarray:
+    """Return the shapes of a body that deforms in a subspace only, as flexible coordinates of `data`, (m, p).
 
-    The shapes of the result are M-orthonormal with a diagonal stiffness; damping ratios are those that give the same
-    work of damping in each shape. The quality report, which is of other shapes, is left out.
+    They are M-orthonormal, and the stiffness is diagonal.
 
     Parameters
     ----------
@@ -27,8 +26,22 @@ def in_subspace(data: Data, directions: np.ndarray) -> Data:
         Independent flexible coordinates.
     """
     K, M = (directions.T @ A @ directions for A in (data.stiffness, data.invariants.nn))
-    w2, y = eigh(0.5 * (K + K.T), 0.5 * (M + M.T))
-    T = directions @ y
+    _, y = eigh(0.5 * (K + K.T), 0.5 * (M + M.T))
+    return directions @ y
+
+
+def in_subspace(data: Data, T: np.ndarray) -> Data:
+    """Return the body that deforms in a subspace only: eta = T y.
+
+    Damping ratios are those that give the same work of damping in each shape. The quality report, which is of other
+    shapes, is left out.
+
+    Parameters
+    ----------
+    T : (m, p)
+        The shapes, from `own_shapes`.
+    """
+    w2 = np.einsum("mp,mp->p", T, data.stiffness @ T)
     m, p = T.shape
     whole = np.block([[np.eye(6), np.zeros((6, p))], [np.zeros((m, 6)), T]])
     rates = 2.0 * np.pi * data.frequencies * data.damping_ratios * np.diag(data.invariants.nn)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import eigh, null_space
 
 from flexmb.model.modal_neutral_data import ModalNeutralData
-from flexmb.model.subspace_data import in_subspace
+from flexmb.model.subspace_data import in_subspace, own_shapes
 
 __all__ = ["without_highest"]
 
@@ -21,8 +21,11 @@ HELD = 1e-8
 """Singular values of the motion of the interfaces below this, relative to the largest, are zero."""
 
 
-def without_highest(data: ModalNeutralData) -> ModalNeutralData | None:
-    """Return the body without its highest modes with held interfaces; None if it has none beyond static shapes."""
+def without_highest(data: ModalNeutralData) -> tuple[ModalNeutralData, np.ndarray] | None:
+    """Return the body without its highest modes with held interfaces, and its shapes (m, p); None if it has none.
+
+    The shapes are flexible coordinates of the given body. It has none where there are static shapes only.
+    """
     held, w2 = _held_modes(data)
     if not len(w2):
         return None
@@ -37,7 +40,10 @@ def without_highest(data: ModalNeutralData) -> ModalNeutralData | None:
     dropped = held @ (left_out / np.sqrt(w2)[:, None])
     scale = 1.0 / np.sqrt(np.diag(data.stiffness))
     rest = scale[:, None] * null_space((data.stiffness @ dropped).T * scale, rcond=HELD)
-    return in_subspace(data, rest) if rest.shape[1] else None
+    if not rest.shape[1]:
+        return None
+    T = own_shapes(data, rest)
+    return in_subspace(data, T), T
 
 
 def _held_modes(data: ModalNeutralData) -> tuple[np.ndarray, np.ndarray]:
