@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError
+from flexmb.results.memory import Memory
 
 __all__ = ["INPUTS", "MOST_SAMPLES", "Instant", "Phase"]
 
@@ -72,6 +73,8 @@ class Phase:
         Values that are known already (read from a file); other sensors are evaluated when they are asked for.
     cut_off : bool
         The last row is no sample, but how far the run had come when it was cut off.
+    memory : Memory, optional
+        What the integrator knew beside the last row, where the run was cut off.
     inputs : (nt, n), optional
         Values of the inputs of `system`, in its order, that led to each sample; None: as they are.
     """
@@ -87,6 +90,7 @@ class Phase:
     system: Any = field(default=None, repr=False)
     tables: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
     cut_off: bool = False
+    memory: Memory | None = field(default=None, repr=False)
     inputs: np.ndarray | None = field(default=None, repr=False)
 
     def __post_init__(self):

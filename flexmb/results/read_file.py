@@ -172,5 +172,6 @@ def _read_phase(phase: WrittenPhase, stream, model) -> Phase:
         inputs=tables.pop(INPUTS, None),
         tables=tables,
         cut_off=phase.reached is not None,
+        memory=phase.memory,
         **rows,
     )

@@ -7,6 +7,7 @@ Layout (schema ``flexmb.solution``, version 1)::
     data/0 ...      modal neutral data of the floating bodies, each once
     phases/0 ...    attributes model (text), ended, cut_off (the last row is no sample, but how far the run came when
                     it was interrupted); datasets t, q, u, a, lam, works: one row per sample
+    phases/0/memory what the integrator knew beside the last row, where the run was interrupted; attribute of
     phases/0/sensors/0 ...   values of a sensor; attributes name, columns (JSON)
 
 While the simulation runs, what comes is added behind the end of the HDF5 part as records (`flexmb.results.journal`);
@@ -31,12 +32,14 @@ from flexmb.files import check_folder, complaints
 from flexmb.lock import Lock
 from flexmb.model import modal_neutral_file
 from flexmb.results.journal import Journal
+from flexmb.results.memory import Memory
 from flexmb.results.status import Status
 from flexmb.results.written import (
     ENDED,
     FIELDS,
     FINISHED,
     GOES_ON,
+    MEMORY,
     PHASE,
     REACHED,
     SAMPLES,
@@ -184,6 +187,11 @@ class RunFile:
         block = _block(t, q, u, a, lam, works)
         self._add(REACHED, says_of([block]), list(block.values()))
 
+    def remember(self, memory: Memory) -> None:
+        """Note what the integrator knows beside the last sample, or the state reached after it: forgotten likewise."""
+        self.flush()
+        self._add(MEMORY, {"of": memory.of}, [memory.numbers])
+
     def flush(self) -> None:
         """Write what has been collected; after this it survives a kill."""
         if self._waiting:
@@ -295,6 +303,8 @@ def _write_phase(group, phase, stream) -> None:
         group.attrs["ended"] = phase.ended
     if phase.reached is not None:
         group.attrs["cut_off"] = True
+    if phase.memory is not None:
+        group.create_dataset("memory", data=phase.memory.numbers).attrs["of"] = phase.memory.of
     count, done = phase.count + (phase.reached is not None), 0
     for piece in phase.pieces(stream, PIECE):
         rows = joined(piece)

@@ -256,6 +256,8 @@ class Solution:
                 run.append(*(getattr(phase, name)[:samples] for name in FIELDS))
                 if phase.cut_off:
                     run.reached(*(getattr(phase, name)[-1] for name in FIELDS))
+                if phase.memory is not None:
+                    run.remember(phase.memory)
                 tables, titles = {name: array[rows] for name, array in values.items()}, dict(columns)
                 if phase.inputs is not None and phase.inputs.size:
                     tables[INPUTS], titles[INPUTS] = phase.inputs, tuple(phase.system.inputs)

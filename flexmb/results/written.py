@@ -11,12 +11,14 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from flexmb.results.journal import Record, records
+from flexmb.results.memory import Memory
 
 __all__ = ["FIELDS", "Written", "WrittenPhase", "add_records", "joined", "read_group", "says_of"]
 
 FIELDS = ("t", "q", "u", "a", "lam", "works")
-SAMPLES, REACHED, PHASE, ENDED, FINISHED, GOES_ON = "SA", "RE", "PH", "EN", "FI", "GO"
-"""Kinds of records: samples, the state reached after them, a phase begins, it ends, the run ends, a run goes on."""
+SAMPLES, REACHED, MEMORY, PHASE, ENDED, FINISHED, GOES_ON = "SA", "RE", "ME", "PH", "EN", "FI", "GO"
+"""Kinds of records: samples, the state reached after them, what the integrator knew there beside it, a phase begins, it
+ends, the run ends, a run goes on."""
 
 Rows = dict[str, np.ndarray]
 
@@ -28,6 +30,7 @@ class WrittenPhase:
     group: its HDF5 group, or None; own: how many rows of it count
     blocks: rows that were added, as records
     reached: the state reached after the last sample, a row that is no sample, or None
+    memory: what the integrator knew beside the last row, or None
     tables: values of sensors by name, columns: titles of their columns
     """
 
@@ -37,6 +40,7 @@ class WrittenPhase:
     blocks: list[Record] = field(default_factory=list)
     latest: float = -np.inf
     reached: Rows | None = None
+    memory: Memory | None = None
     ended: str | None = None
     tables: dict[str, np.ndarray] = field(default_factory=dict)
     columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -59,7 +63,7 @@ class WrittenPhase:
         if block.missing < 0 or not follows:
             raise ValueError(f"samples at t = {times.min():.9g} s that do not follow those up to {before:.9g} s")
         self.blocks.append(block)
-        self.latest, self.reached = float(times[-1]), None
+        self.latest, self.reached, self.memory = float(times[-1]), None, None
 
     def pieces(self, stream: BinaryIO, most: int) -> Iterator[list[Rows]]:
         """Yield the samples, and the state reached after them, as lists of blocks with about so many rows in all."""
@@ -136,7 +140,9 @@ def _take(written: Written, record: Record, stream: BinaryIO) -> None:
     elif record.kind == SAMPLES:
         written.phases[-1].add(record, stream)
     elif record.kind == REACHED:
-        written.phases[-1].reached = _rows_in(record, stream)
+        written.phases[-1].reached, written.phases[-1].memory = _rows_in(record, stream), None
+    elif record.kind == MEMORY:
+        written.phases[-1].memory = Memory(of=str(record.says["of"]), numbers=record.numbers(stream))
     elif record.kind == ENDED:
         _end(written.phases[-1], record, stream)
 
@@ -169,6 +175,9 @@ def read_group(group) -> WrittenPhase:
     if group.attrs.get("cut_off", False) and own:
         phase.own -= 1
         phase.reached = _rows_of(group, own - 1, own)
+    if "memory" in group:
+        kept = group["memory"]
+        phase.memory = Memory(of=str(kept.attrs["of"]), numbers=np.asarray(kept[()], float))
     for table in group["sensors"].values() if "sensors" in group else ():
         phase.tables[table.attrs["name"]] = table[()]
         phase.columns[table.attrs["name"]] = tuple(json.loads(table.attrs["columns"]))

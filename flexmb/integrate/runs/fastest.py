@@ -13,19 +13,28 @@ __all__ = ["fastest", "unchanged"]
 
 
 def fastest(integrator, system, work, variables, now: float) -> str:
-    """Return the words for the part whose acceleration is largest at the time that a run has reached, s."""
+    """Return the words for what changes at the highest rate at the time that a run has reached, s.
+
+    The rate of a motion is the root of its acceleration over its length of reference, that of a first-order state its
+    relative change, 1/s.
+    """
     with unchanged(system, work):  # the run must not depend on when the clock has struck
         rows = integrator.run(system, work, variables, np.array([now]), 0, 1).rows
         if not len(rows["t"]):
             return ""
         q, u, a = (np.ascontiguousarray(rows[name][-1]) for name in "qua")
-        extent, _ = extents(system, system.state(now, q, u), work)
-    size = np.where(np.isfinite(a), np.abs(a) * extent, np.inf)
-    if not len(size) or not size.max() > 0.0:
+        extent, reach = extents(system, system.state(now, q, u), work)
+    states = system.is_state
+    rate = np.where(states, np.abs(a) / np.maximum(np.abs(u), reach), np.sqrt(np.abs(a) * extent / reach))
+    rate = np.where(np.isfinite(a), rate, np.inf)
+    if not len(rate) or not rate.max() > 0.0:
         return ""
-    worst = int(np.argmax(size))
+    worst = int(np.argmax(rate))
+    owner = system.owner(worst)
+    if states[worst]:
+        return f"; the fastest is {owner} ({u[worst]:.3g}, its rate {a[worst]:.3g} 1/s)"
     unit = "rad" if system.is_turn(worst) else "m"
-    return f"; the fastest is {system.owner(worst)} ({u[worst]:.3g} {unit}/s, {a[worst]:.3g} {unit}/s2)"
+    return f"; the fastest is {owner} ({u[worst]:.3g} {unit}/s, {a[worst]:.3g} {unit}/s2)"
 
 
 @contextmanager

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import signal
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 import numpy as np
 
+from flexmb.errors import caused_by_interrupt
 from flexmb.results import Status
 
-__all__ = ["GRACE", "Interruption", "look_within_step"]
+__all__ = ["GRACE", "Interruption", "look_within_step", "lost_interrupts"]
 
 GRACE = 1.0
 """s of the clock that a step gets to end by itself after Ctrl-C, so that the state it reaches can be kept."""
@@ -26,6 +29,20 @@ def look_within_step() -> None:
     """
     if _present and _present[-1].overdue:
         raise KeyboardInterrupt
+
+
+@contextmanager
+def lost_interrupts() -> Iterator[None]:
+    """Raise KeyboardInterrupt where Ctrl-C has struck in the first call of a compiled function.
+
+    The function returns its result all the same, and Python makes a SystemError of the two.
+    """
+    try:
+        yield
+    except SystemError as error:
+        if caused_by_interrupt(error):
+            raise KeyboardInterrupt from error
+        raise
 
 
 class Interruption:
@@ -59,10 +76,13 @@ class Interruption:
         _present.append(self)
         return self
 
-    def __exit__(self, *exception) -> None:
+    def __exit__(self, kind, error, trace) -> None:
         _present.remove(self)
         for number, handler in self._before.items():
             signal.signal(number, handler)  # type: ignore[arg-type]
+        if isinstance(error, SystemError):
+            with lost_interrupts():
+                raise error
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         at_once = self._asked or not self._looked
@@ -79,6 +99,11 @@ class Interruption:
     def overdue(self) -> bool:
         """Has the user asked for the end so long ago that a step should have ended?"""
         return self._asked and time.monotonic() - self._asked_at >= GRACE
+
+    @property
+    def in_grace(self) -> bool:
+        """Has the user asked for the end just now, so that the run may still come to a better place to stop?"""
+        return self._asked and not self.overdue
 
     def look_at_clock(self) -> None:
         """Find out whether the time is used up."""

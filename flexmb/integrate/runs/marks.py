@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.integrate.runs.breaks import refined, with_breaks, with_fine
+from flexmb.integrate.runs.breaks import beside, refined, with_breaks, with_fine
 
-__all__ = ["SAME", "marks_to"]
+__all__ = ["SAME", "marks_to", "meets_at_once"]
 
 SAME = 1e-13
 """Times that differ by less, relative to them, are the same."""
@@ -44,3 +44,11 @@ def marks_to(
     if latest == t:
         return marks, anew
     return np.concatenate([[t], marks[marks > t + same]]), anew[anew > t + same]
+
+
+def meets_at_once(marks: np.ndarray, first: int, t: float) -> bool:
+    """Is the next mark, `marks[first]`, as near to the time t as a time just before it?
+
+    Nothing moves until then, but what jumps there is not known yet, and the mark may be a sample.
+    """
+    return first < len(marks) and 0.0 < marks[first] - t <= 2.0 * float(beside(marks[first]))

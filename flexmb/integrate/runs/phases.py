@@ -23,6 +23,7 @@ from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.runs.marks import SAME, marks_to
+from flexmb.integrate.runs.memory import may_stop, memory_of, remember_again, rounding
 from flexmb.integrate.runs.pace import REMEDY as REMEDY_OF_PACE
 from flexmb.integrate.runs.pace import Pace
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
@@ -31,7 +32,7 @@ from flexmb.integrate.runs.record import Recorder, joined_rows
 from flexmb.integrate.runs.unknown_value import unknown_value
 from flexmb.integrate.runs.validity import Validity
 from flexmb.integrate.runs.vanishing import Gradients
-from flexmb.integrate.runs.watch import LOOKS, Watch, next_phase
+from flexmb.integrate.runs.watch import LOOKS, Watch, carried, next_phase
 from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.results import Status
@@ -41,7 +42,7 @@ from flexmb.system.holds import held_from
 from flexmb.system.mobility import shared_reactions
 from flexmb.told import listening
 
-__all__ = ["Phases", "carried"]
+__all__ = ["Phases"]
 
 OFTEN = 20
 """How often a repeating event may happen in the time between two looks at its sensor."""
@@ -173,7 +174,7 @@ class Phases:
 
     def _switched(self, event, row, system, work, times) -> tuple[np.ndarray, Any]:
         """Let a held value change at a row, and begin anew there; return the works until then, and the row."""
-        t = float(row["t"][-1])
+        self.t = t = float(row["t"][-1])
         if self._again_and_again(event, t, ENDLESS):
             raise IntegrationError(
                 event.title,
@@ -201,6 +202,7 @@ class Phases:
         watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
             watch.recall(goes_on)
+            remember_again(self.integrator, system, self.variables, start, goes_on, late)
         timed = sorted((e for e in model.events if e.sensor is None), key=lambda e: e.at)
         due = timed[0] if timed and timed[0].at <= self.times[-1] else None
         end = max(due.at, self.t) if due is not None else float(self.times[-1])
@@ -241,7 +243,6 @@ class Phases:
                     self._keep({name: x[: k if last_row is None else k - 1] for name, x in rows.items()}, times)
                     if isinstance(event, Switching):
                         works, last_row = self._switched(event, after, system, work, times)
-                        self.t = float(after["t"][-1])
                         first = int(np.searchsorted(marks, self.t, side="right"))
                         continue
                     self.recorder.add(after)
@@ -260,14 +261,13 @@ class Phases:
                 now = max(self.t, outcome.reached)
                 if self.progress is not None:
                     self.progress(now, float(self.times[-1]))
-                self.interruption.look_at_clock()
-                self._hold(last_row if watch.events else now, system, work, works)
+                if may_stop(self.integrator, marks, first, self.t, now, watch.events and self.interruption.in_grace):
+                    self._hold(now, last_row if watch.events else None, system, work, works)
+                    if first < len(marks) or due is not None:  # what is complete is not cut off
+                        self.interruption.look()
                 if hopeless := self._hopeless(now, system, work):
                     return hopeless
-                if first < len(marks) or due is not None:  # what is complete is not cut off
-                    self.interruption.look()
-                spent = time.perf_counter() - clock
-                block = min(len(marks), max(1, int(block * min(4.0, CHUNK / max(spent, 1e-4)))))
+                block = self._next_block(block, time.perf_counter() - clock, len(marks))
         except KeyboardInterrupt:
             if not self.recorder.phases and not self.recorder.rows:
                 raise
@@ -275,6 +275,11 @@ class Phases:
         finally:
             self._tell(system)
         return (due, last_row, watch) if due is not None else Status.finished(end)
+
+    def _next_block(self, block: int, spent: float, most: int) -> int:
+        """Return how many samples are asked for next; after Ctrl-C to the next one only."""
+        longer = 0.0 if self.interruption.asked else min(4.0, CHUNK / max(spent, 1e-4))
+        return min(most, max(1, int(block * longer)))
 
     def _first_block(self, marks: np.ndarray) -> int:
         """Return how many samples are asked for first; what gradients do is looked at block by block."""
@@ -288,7 +293,7 @@ class Phases:
             chatters = chattering(system, getattr(self.variables, "switching", None), steps)
             self.validity.tell([*self.energy.sentences(steps), *chatters])
             self.validity.note(self.energy.notes(steps))
-        self.validity.tell([*self._divided(), *sentences_about(self.jumps)])
+        self.validity.tell([*self._divided(), *sentences_about(self.jumps), *self.validity.creeps()])
         tell_of(self.integrator, system, self.variables, self.statistics, self.validity)
 
     def _hopeless(self, now: float, system, work) -> Status | None:
@@ -307,28 +312,33 @@ class Phases:
             self.validity.note([sentence])
         return None
 
-    def _hold(self, now, system, work, works) -> None:
-        """Keep the state that has been reached: now and then while no samples come, and where the user asks for the
-        end.
+    def _hold(self, now: float, row, system, work, works) -> None:
+        """Keep the state that has been reached, and what the integrator knows: now and then while no samples come, and
+        where the user asks for the end.
 
         Parameters
         ----------
-        now : float, s, or row
-            The time of the state; or, in a phase that waits for events, the last row at which they were looked for.
+        now : float, s
+            The time of the integrator.
+        row
+            In a phase that waits for events, the last row at which they were looked for; else None.
         """
         self.recorder.look()
+        self.interruption.look_at_clock()
         if not self.recorder.rows or not (self.interruption.asked or time.monotonic() - self.recorder.latest > HOLD):
             return
-        if isinstance(now, float):
-            latest = float(self.recorder.rows[-1]["t"][-1])
-            if now <= latest + 1e-11 * max(abs(latest), 1e-6):  # at a sample, or just after it, where a signal jumps
-                return
+        last = _row(self.recorder.rows[-1], -1)
+        if row is None and now <= last["t"][-1] + rounding(last["t"][-1]):  # or just after it, where a signal jumps
+            row = last
+        if row is None:
             with unchanged(system, work):  # the run must not depend on when the clock has struck
                 rows = self.integrator.run(system, work, self.variables, np.array([now]), 0, 1).rows
-            now = {**rows, "works": rows["works"] + works}
-        if now is not None and len(now["t"]):
-            self.recorder.hold(now)
-            self.t = float(now["t"][-1])
+            row = {**rows, "works": rows["works"] + works}
+        if len(row["t"]):
+            at = float(row["t"][-1])
+            known = memory_of(self.integrator, self.variables) if now <= at + rounding(at) else None
+            self.recorder.hold(row, known)
+            self.t = at
 
     def _go_on(self, system, work, t: float, before, works) -> tuple[np.ndarray, Any]:
         """Go on behind a sample of blocks, or begin anew; return as `_begin_anew`."""
@@ -427,14 +437,3 @@ class Phases:
 
 def _row(rows, k: int) -> dict[str, np.ndarray]:
     return {name: x[k:][:1] if k >= 0 else x[-1:] for name, x in rows.items()}
-
-
-def carried(system, model: Model, q: np.ndarray, u: np.ndarray):
-    """Return the start (q, u) of the next phase by body name; parts keep their states, joints their number of turns."""
-    state = {
-        name: (q[iq], u[iu])
-        for name, (iq, iu) in system.slices.items()
-        if name in system.state_slices or any(body.name == name for body in model.bodies)
-    }
-    branches = q[system.program.branches :]
-    return {**state, **{("branch", name): value for name, value in zip(system.branch_names, branches, strict=True)}}

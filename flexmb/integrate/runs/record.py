@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.model.model import Model
 from flexmb.results import Phase, RunFile, Solution, Status, floating_data
+from flexmb.results.memory import Memory
 from flexmb.results.run_file import FIELDS
 
 __all__ = ["Recorder", "joined_rows"]
@@ -46,6 +47,7 @@ class Recorder:
         self.going_on = self.phases.pop() if merge else None
         self.rows: list[dict[str, np.ndarray]] = []
         self.reached: dict[str, np.ndarray] | None = None
+        self.memory: Memory | None = None
         self.latest = time.monotonic()
         self.model: Model | None = None
         self.system: Any = None
@@ -54,12 +56,12 @@ class Recorder:
 
     def begin(self, model: Model, system) -> None:
         """Begin a phase, or continue the last one."""
-        self.model, self.system, self.rows, self.reached = model, system, [], None
+        self.model, self.system, self.rows, self.reached, self.memory = model, system, [], None, None
         if self.going_on is not None:
             rows = {name: getattr(self.going_on, name) for name in FIELDS}
             if self.going_on.cut_off:  # its last row is no sample
                 rows, self.reached = ({name: x[part] for name, x in rows.items()} for part in _BEFORE_AND_LAST)
-            self.rows = [rows]
+            self.rows, self.memory = [rows], self.going_on.memory
         elif self.file is not None:
             self.file.begin(self.write_model(model) if self.write_model is not None else "")
 
@@ -70,17 +72,21 @@ class Recorder:
             rows = {name: x[new] for name, x in rows.items()}
         if len(rows["t"]):
             self.rows.append(rows)
-            self.reached, self.latest = None, time.monotonic()
+            self.reached, self.memory, self.latest = None, None, time.monotonic()
             if self.file is not None:
                 self.file.append(*rows.values())
 
-    def hold(self, row: dict[str, np.ndarray]) -> None:
-        """Keep the state that was reached after the last sample, until the next one."""
+    def hold(self, row: dict[str, np.ndarray], memory: Memory | None) -> None:
+        """Keep the state that was reached after the last sample, and what the integrator knows there, until the next
+        one; or what it knows at the last sample."""
         self.latest = time.monotonic()
         if row["t"][-1] > self.rows[-1]["t"][-1]:
             self.reached = row
             if self.file is not None:
                 self.file.reached(*row.values())
+        self.memory = memory
+        if memory is not None and self.file is not None:
+            self.file.remember(memory)
 
     def look(self) -> None:
         """Write what has waited for too long."""
@@ -93,8 +99,10 @@ class Recorder:
             return
         rows = [*self.rows, *([] if self.reached is None else [self.reached])]
         cut_off, self.rows = self.reached is not None, []
-        phase = Phase(model=self.model, system=self.system, ended=reason, cut_off=cut_off, **joined_rows(rows))
-        self.going_on = self.reached = None
+        phase = Phase(
+            model=self.model, system=self.system, ended=reason, cut_off=cut_off, memory=self.memory, **joined_rows(rows)
+        )
+        self.going_on = self.reached = self.memory = None
         self.phases.append(phase)
         if self.file is not None and self.model is not None:
             one = Solution(phases=(phase,))

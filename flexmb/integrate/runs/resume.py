@@ -15,10 +15,11 @@ from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.orbital import default_integrator, unless_stiff
 from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.impact import velocities_after
-from flexmb.integrate.runs.phases import Phases, carried
+from flexmb.integrate.runs.interruption import lost_interrupts
+from flexmb.integrate.runs.phases import Phases
 from flexmb.integrate.runs.record import Recorder
 from flexmb.integrate.runs.simulate import sample_times
-from flexmb.integrate.runs.watch import next_phase
+from flexmb.integrate.runs.watch import carried, next_phase
 from flexmb.model.described import is_number
 from flexmb.model.methods import require_time_limit
 from flexmb.model.model import Model
@@ -34,6 +35,7 @@ CONTINUES = ("finished", "interrupted", "limited", "failed")
 """What ends a phase without a change of the model."""
 
 
+@lost_interrupts()
 def resume(
     run: Solution | str | Path,
     t_end: float,
@@ -50,7 +52,8 @@ def resume(
     A run that was cut off after its last sample is completed.
 
     Configuration, velocity, works and the model after the events so far are taken over; accelerations and reactions
-    follow from them, so the motion equals an uninterrupted run to the tolerance of the integrator.
+    follow from them, so the motion equals an uninterrupted run to the tolerance of the integrator. Where the run was
+    interrupted, `GeneralizedAlpha` with the same settings goes on with what it knew, and takes the same steps.
 
     Parameters
     ----------

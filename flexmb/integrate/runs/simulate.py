@@ -17,9 +17,11 @@ from flexmb.integrate.nonsmooth.apart import require_drawn_apart
 from flexmb.integrate.orbital import default_integrator, far_from_origin, unless_stiff
 from flexmb.integrate.overlaps import overlaps
 from flexmb.integrate.oversights import oversights
-from flexmb.integrate.runs.phases import Phases, carried
+from flexmb.integrate.runs.interruption import lost_interrupts
+from flexmb.integrate.runs.phases import Phases
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
 from flexmb.integrate.runs.record import Recorder
+from flexmb.integrate.runs.watch import carried
 from flexmb.math.ahead import compile_ahead
 from flexmb.model.described import check_kind, is_number
 from flexmb.model.methods import is_integrator, require_time_limit
@@ -128,6 +130,7 @@ def chosen_integrator(model: Model, integrator, formulation):
     return Explicit(formulation=formulation)
 
 
+@lost_interrupts()
 def simulate(
     model: Model,
     t_end: float,

@@ -20,14 +20,13 @@ from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.inversion import first_inversion
-from flexmb.integrate.runs.phases import carried
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.reading import Readings
 from flexmb.integrate.runs.reasons import failed_with
 from flexmb.integrate.runs.record import joined_rows
 from flexmb.integrate.runs.unknown_value import unknown_value
 from flexmb.integrate.runs.vanishing import Gradients
-from flexmb.integrate.runs.watch import Watch, next_phase
+from flexmb.integrate.runs.watch import Watch, carried, next_phase
 from flexmb.results import Instant, Phase, Status
 from flexmb.system import assemble
 from flexmb.system.assembly import consistent_start

@@ -218,6 +218,7 @@ class Stepper:
         """End the run; warnings about its energy and validity are given now. States and sensors stay readable."""
         if not self._closed:
             self._look()
+            self._validity.tell(self._validity.creeps())
             self._closed = True
 
     def _look(self) -> None:

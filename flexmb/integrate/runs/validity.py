@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ValidityWarning
+from flexmb.integrate.runs.creep_watch import CreepWatch
 from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix
 from flexmb.results import SHARED
@@ -58,6 +59,7 @@ class Validity:
         self._system: Any = None
         self._watches: list[Any] = []
         self._work: Any = None
+        self._creep: Any = None
 
     def look(self, system, rows: dict[str, np.ndarray]) -> None:
         """Measure a block of samples."""
@@ -65,6 +67,7 @@ class Validity:
             return
         if system is not self._system:
             self._begin(system)
+        self._creep.look(rows)
         for watch in self._watches:
             for title, measure, place, samples, values in watch.measure(rows, lambda k: self._evaluated(rows, k)):
                 k = int(np.argmax(values))
@@ -83,6 +86,10 @@ class Validity:
         for sentence in sentences:
             if sentence not in self.sentences:
                 self._warn(sentence)
+
+    def creeps(self) -> list[str]:
+        """Return the warnings about friction that should hold, of the phase until now."""
+        return [] if self._creep is None else self._creep.sentences()
 
     def keep(self, told: Iterable[Told]) -> None:
         """Keep warnings that others have given."""
@@ -107,6 +114,7 @@ class Validity:
     def _begin(self, system) -> None:
         kinds = {type(body) for body in system.model.bodies if body.watch is not None}
         self._system, self._work = system, system.workspace()
+        self._creep = CreepWatch(system)
         self._watches = [kind.watch([b for b in system.model.bodies if type(b) is kind], system) for kind in kinds]
 
     def _evaluated(self, rows, k):

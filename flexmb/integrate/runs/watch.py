@@ -15,7 +15,7 @@ from flexmb.integrate.runs.record import joined_rows
 from flexmb.results import Phase, Series
 from flexmb.system.assembly import consistent_start
 
-__all__ = ["Watch", "next_phase"]
+__all__ = ["Watch", "carried", "next_phase"]
 
 LOOKS = 1000
 """Sensors of events are looked at in every sample, and at least so many times over the run."""
@@ -166,3 +166,14 @@ def next_phase(model, event, series):
         if model is None:
             return None
     return model
+
+
+def carried(system, model, q: np.ndarray, u: np.ndarray):
+    """Return the start (q, u) of the next phase by body name; parts keep their states, joints their number of turns."""
+    state = {
+        name: (q[iq], u[iu])
+        for name, (iq, iu) in system.slices.items()
+        if name in system.state_slices or any(body.name == name for body in model.bodies)
+    }
+    branches = q[system.program.branches :]
+    return {**state, **{("branch", name): value for name, value in zip(system.branch_names, branches, strict=True)}}
