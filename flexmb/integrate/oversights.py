@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.model.model import Model
 
-__all__ = ["oversights", "places_of"]
+__all__ = ["held_by_ground", "oversights", "places_of"]
 
 LISTED = 12
 
@@ -31,6 +31,24 @@ def oversights(model: Model) -> list[str]:
             unseen.setdefault(passed_over, []).append(force.title)
     found += [f"{', '.join(titles[:LISTED])}: {why}" for why, titles in unseen.items()]
     return found
+
+
+def held_by_ground(model: Model) -> set[str]:
+    """Return the names of the bodies that joints and forces connect, directly or not, to a body that does not move."""
+    neighbours: dict[str, set[str]] = {body.name: set() for body in model.bodies}
+    for part in (*model.joints, *model.forces):
+        together = {place.rpartition(".")[0] for place in places_of(part, model)} & neighbours.keys()
+        first = next(iter(together), "")
+        for name in together - {first}:
+            neighbours[first].add(name)
+            neighbours[name].add(first)
+    reached = {body.name for body in model.bodies if not body.n_velocities}
+    ahead = list(reached)
+    while ahead:
+        new = neighbours[ahead.pop()] - reached
+        reached |= new
+        ahead += new
+    return reached
 
 
 def places_of(part, model: Model) -> tuple[str, ...]:

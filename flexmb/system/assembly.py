@@ -35,6 +35,7 @@ from flexmb.system.mobility import (
 )
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate, increment
 from flexmb.system.projection import project
+from flexmb.system.stations import warn_of_stations
 from flexmb.system.system import System
 
 __all__ = ["all_softened", "assemble", "consistent_start", "softened"]
@@ -219,6 +220,7 @@ def _with_lengths(system: System, state: State, work) -> System:
     inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
     lengths = described_lengths(system, inertia, equations_of_forces(system, work))
     warn_of_lost_digits(system.model, lengths)
+    warn_of_stations(system.model)
     return replace(system, lengths=lengths, units=velocity_units(system, lengths, inertia))
 
 

@@ -13,6 +13,6 @@ def refuse_accelerations(system, asker: str) -> None:
         raise CompileError(
             asker,
             found="signals that follow accelerations",
-            expected="forces of place, motion and time: its mass matrix is that of the bodies alone",
+            expected="forces of place, motion and time: the mass matrix of the bodies alone",
             remedy="Use GeneralizedAlpha, IDA or Explicit with Augmented, or sample the acceleration (Sampled)",
         )

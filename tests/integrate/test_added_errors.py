@@ -15,6 +15,7 @@ from verification.test_very_large_and_small import top
 
 import flexmb as fmb
 from flexmb.integrate.runs.added_error import ADDED_UP
+from flexmb.system.assembly import assemble, consistent_start
 
 
 def told(model, t_end, **settings):
@@ -204,6 +205,31 @@ def test_errors_stay_known_where_a_run_begins_anew():
         assert fmb.simulate(model, 20.0, samples=11).statistics[ADDED_UP] == pytest.approx(whole, rel=0.1)
 
 
+def test_a_new_start_takes_over_what_steps_resolve():
+    """Of the distance between the motions: with y = beta (w h)^2 of a vibration it keeps (1 + 3 y) / (1 + y)^3."""
+    rates, h = np.array([3.0, 1e5]), 1e-3
+    model = fmb.Model(
+        bodies=[fmb.Ground(), *(fmb.PointMass(f"p{k}", mass=2.0, at=(1, k, 0)) for k in range(2))],
+        forces=[
+            fmb.Bushing(f"k{k}", markers=("ground.origin", f"p{k}.center"), stiffness=(2.0 * w**2, 0, 0, 0, 0, 0))
+            for k, w in enumerate(rates)
+        ],
+    )
+    integrator, (system, state) = fmb.GeneralizedAlpha(), assemble(model)
+    work = system.workspace()
+    state = consistent_start(system, state, work)
+    before, now = (integrator.start(system, state, work, 1.0) for _ in range(2))
+    before.own.run["last_step"] = h
+    before.corrected.u[[0, 3]] += 1e-4
+    before.corrected.q[[0, 3]] += 1e-6
+    integrator.taken_over(system, before, now)
+    y = 25.0 / 81.0 * (rates * h) ** 2 * (1.0 - 4.0 / 9.0) / (1.0 - 1.0 / 3.0)  # rho_inf = 0.8
+    kept = (1.0 + 3.0 * y) / (1.0 + y) ** 3
+    assert kept[0] == pytest.approx(1.0, abs=1e-10)
+    np.testing.assert_allclose((now.corrected.u - now.own.u)[[0, 3]], 1e-4 * kept, rtol=1e-6)
+    np.testing.assert_allclose((now.corrected.q - now.own.q)[[0, 3]], 1e-6 * kept, rtol=1e-6, atol=3e-16)
+
+
 @pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.Implicit()], ids=repr)
 @pytest.mark.parametrize("size", [50e-6, 50e-3])
 def test_precession_of_a_fast_top(integrator, size):
@@ -327,3 +353,21 @@ def test_what_touches_is_said_to_be_unknown():
         run = fmb.simulate(ball, 50.0, samples=1001)
     assert run["E"][-1] < 0.985 * run["E"][0]
     assert any("not known where something touches" in note for note in run.statistics["notes"])
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e9])
+def test_units_of_states_say_nothing_about_motion(unit):
+    """A force of 20 N behind a lag whose number is in N or nN: a stiff link that steps do not follow told 80 %."""
+    lag = fmb.Lag(of=fmb.expression("a*sin(3*t)", a=unit), time=0.1, size=unit)
+    link = {"markers": ("a.center", "b.center"), "stiffness": 1e8, "damping": 1.0, "length": 1.0}
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("a", mass=1.0, at=(1, 0, 0)), fmb.PointMass("b", mass=1.0, at=(2, 0, 0))],
+        forces=[
+            fmb.SpringDamper("slow", markers=("ground.origin", "a.center"), stiffness=40.0, length=1.0),
+            fmb.SpringDamper("stiff", **link),
+            fmb.PointLoad("push", marker="a.center", force=(fmb.formula(f"{20.0 / unit!r}*p", {"p": lag}), 0, 0)),
+        ],
+    )
+    run, sentences = told(model, 3.0, integrator=fmb.Implicit(), samples=31)
+    assert not sentences
+    assert run.statistics[ADDED_UP] == "not estimated"

@@ -110,3 +110,20 @@ def test_outputs_of_an_equilibrium_leave_out_a_drive_that_is_about_to_start():
     s2 = -((2.0 * np.pi * frequency) ** 2)
     expected = length**2 / total * s2 / (s2 + w2)
     np.testing.assert_allclose(plant.frequency_response([frequency])[0, 0, 0], expected, rtol=1e-6)
+
+
+def test_what_falls_on_a_rope_is_not_steady():
+    """A point on a rod that lies level has the acceleration of a free fall at that instant, but no steady motion."""
+    bob = fmb.PointMass("bob", mass=1.0, at=(2, 0, 0))
+    rope = fmb.Rod("rope", markers=("ground.origin", "bob.center"))
+    with pytest.warns(fmb.ValidityWarning, match=r"Body 'bob' accelerates with 9.81 m/s2"):
+        fmb.linearize(fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), bob], joints=[rope]))
+
+
+def test_two_points_on_a_spring_may_fall_together():
+    points = [fmb.PointMass(name, mass=1.0, at=(x, 0, 0)) for name, x in (("a", 0.0), ("b", 1.0))]
+    spring = fmb.SpringDamper("spring", markers=("a.center", "b.center"), stiffness=8.0, length=1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        linear = fmb.linearize(fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), *points], forces=[spring]))
+    assert 2.0 * np.pi * linear.frequencies.max() == pytest.approx(4.0, rel=1e-9)

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import threading
 from dataclasses import replace
 
@@ -87,6 +88,48 @@ def test_a_step_that_does_not_end_is_cut_off(method, monkeypatch):
     assert run.status.kind == "interrupted"
     assert 0.0 < run.t[-1] <= begun[0]
     assert len(begun) == 1
+
+
+def struck_while_called() -> None:
+    """What Python makes of Ctrl-C in the first call of a compiled function."""
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt as struck:
+        raise SystemError("<built-in method> returned a result with an exception set") from struck
+
+
+@pytest.mark.parametrize("where", ["assemble_as_drawn", "Phases"])
+@pytest.mark.parametrize("lost", [True, False])
+def test_ctrl_c_in_the_first_call_of_a_compiled_function(where, lost, monkeypatch):
+    """Before the first sample there is nothing to keep; any other SystemError stays one."""
+
+    def called(*arguments, **more):
+        if lost:
+            struck_while_called()
+        raise SystemError("another")
+
+    simulate = sys.modules["flexmb.integrate.runs.simulate"]
+    place = (simulate, where) if where != "Phases" else (phases.Phases, "_phase")
+    monkeypatch.setattr(*place, called)
+    with pytest.raises(KeyboardInterrupt if lost else SystemError):
+        fmb.simulate(PENDULUM, 0.1)
+
+
+def test_ctrl_c_lost_behind_samples_keeps_them(monkeypatch):
+    """As a kernel that is called for the first time late in a run: the samples before are there."""
+    monkeypatch.setattr(phases, "CHUNK", 0.0)
+    run, calls = fmb.GeneralizedAlpha.run, []
+
+    def called(*arguments, **more):
+        calls.append(None)
+        if len(calls) == 5:
+            struck_while_called()
+        return run(*arguments, **more)
+
+    monkeypatch.setattr(fmb.GeneralizedAlpha, "run", called)
+    cut = fmb.simulate(PENDULUM, 0.1, samples=101, integrator=fmb.GeneralizedAlpha(step=1e-3))
+    assert cut.status.kind == "interrupted"
+    assert len(cut.t) == 4
 
 
 def test_handlers_are_put_back():

@@ -17,6 +17,7 @@ from flexmb.integrate.alpha.world_translation import frames_in_world_axes, to_bo
 from flexmb.integrate.extent import extents, reaches
 from flexmb.integrate.runs.added_error import AddedError
 from flexmb.integrate.runs.gap import added_error
+from flexmb.integrate.runs.memory import floats_of
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
 from flexmb.integrate.runs.spin_axes import new_axes
@@ -50,6 +51,8 @@ IMPACT, SLIP = 3.0, 0.5
 rebound is of second order. Change of a slip, relative to it: friction that is about to stick, or to break
 away, has several solutions in a long step."""
 
+SCRATCH = ("d", "right", "dx", "q1", "u1", "a1", "lam1", "alg1", "signals", "now", "then")
+"""Of the variables: what every step writes anew, or follows from the state."""
 _CONTROLS: WeakKeyDictionary[Any, tuple[Any, Controls]] = WeakKeyDictionary()
 
 
@@ -331,6 +334,11 @@ class GeneralizedAlpha(metaclass=Described):
         failure = "" if reason in (0, PAUSED) else self._reason(system, work, variables.own, reason)
         return Outcome(rows=rows, failure=failure, reached=float(variables.own.run["t"][0]))
 
+    @staticmethod
+    def memory(variables: Motions) -> list[np.ndarray]:
+        """Return the arrays that make steps after a state the same ones; what is written to them is gone on with."""
+        return list(floats_of(variables, SCRATCH))
+
     def jumped(self, system, work, variables: Motions) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
         return direct(system, take_jump)(system.program, work, variables, 12 if system.redundant else 2) < 0
@@ -343,10 +351,9 @@ class GeneralizedAlpha(metaclass=Described):
         variables.own.run["t"][0] = t
         return self.jumped(system, work, variables)
 
-    @staticmethod
-    def taken_over(system, before: Motions, variables: Motions) -> Motions:
+    def taken_over(self, system, before: Motions, variables: Motions) -> Motions:
         """Return the variables of a new start with what the errors of the steps before have added up to."""
-        return taken_over(system, before, variables)
+        return taken_over(system, before, variables, self._controls_of(system))
 
     def added_error(self, system, variables: Motions) -> AddedError | None:
         """Return what the errors of the steps have added up to so far; None if they are not followed."""

@@ -75,6 +75,8 @@ class BesideRun(Record):
     closes: int
     """1: there are loops to be closed"""
     steps: int
+    moving: int
+    """rates before those of first-order states, whose numbers have units of their own"""
 
 
 @structure
@@ -137,16 +139,16 @@ def new_beside(system, unknowns, state, followed: bool) -> Beside:
         **{name: np.zeros(size) for name, size in sizes.items()},
         state=system.state(state.t),
         start=state.q.copy(),
-        own=BesideRun.table(closes=int(unknowns.closes and ng > 0)),
+        own=BesideRun.table(closes=int(unknowns.closes and ng > 0), moving=nv - int(np.sum(system.is_state))),
         run=new_gap(system, followed),
     )
 
 
 def carry(before: Beside, now: Beside) -> None:
     """Give a new start the distance that the motions had; in a model with other unknowns its size alone is known."""
-    closes = int(now.own["closes"][0])
+    closes, moving = int(now.own["closes"][0]), int(now.own["moving"][0])
     now.own[:] = before.own
-    now.own["closes"] = closes
+    now.own["closes"], now.own["moving"] = closes, moving
     now.run[:] = before.run
     sizes = ("dx", "dv", "dlam", "start")  # a lock changes the equations alone
     if any(getattr(before, name).shape != getattr(now, name).shape for name in sizes):
@@ -293,7 +295,8 @@ def _straightened(b, h):
         k = by * b.kv[i]
         b.kv[i] = h**3 / 12.0 * (k + ahead * (k - b.bv[i]))
         b.bv[i] = k
-        change, size = change + b.kv[i] ** 2, size + b.dv[i] ** 2
+        if i < b.own[0].moving:
+            change, size = change + b.kv[i] ** 2, size + b.dv[i] ** 2
     for i in range(len(b.dx)):
         k = by * b.kx[i]
         b.kx[i] = h**3 / 12.0 * (k + ahead * (k - b.bx[i]))
@@ -312,7 +315,7 @@ def _straightened(b, h):
 def _differ(weights, third, r, b, h):
     """Return the square of what the embedded method of order three differs by in the rates, the largest of late."""
     size = 0.0
-    for i in range(len(b.dv)):
+    for i in range(b.own[0].moving):
         apart = 0.0
         for j in range(STAGES):
             apart += (weights[STAGES - 1, j] - third[j]) * r.A[j, i]
@@ -330,7 +333,8 @@ def _take_off_errors(r, b, h, weights, third):
         for j in range(STAGES):
             fifth += ALONE[j] * r.A[j, i]
         b.change[i] = LINEAR * h * fifth
-        size += b.change[i] ** 2
+        if i < b.own[0].moving:
+            size += b.change[i] ** 2
     low, high, most = BESIDE
     differs = _differ(weights, third, r, b, h)
     seen = b.own[0].steps > SEEN and differs > 0.0

@@ -7,6 +7,7 @@ import numpy as np
 from flexmb.integrate.linear.driven import driven_accelerations
 from flexmb.integrate.linear.steady import SteadyMotion
 from flexmb.integrate.matrices import equations_at
+from flexmb.integrate.oversights import held_by_ground
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.system.accelerations import accelerations
 from flexmb.system.mobility import mass_metric
@@ -42,7 +43,7 @@ def imbalance(
     sweeps = 12 if system.redundant else 2
     if accelerations(system.program, now, work, np.zeros(system.nu + system.ng), sweeps) >= 0:
         return None
-    # one that flies on or falls freely, turning as it does, is steady as well
+    # one that flies on, or falls freely where nothing connects it to the ground, is steady as well, turning as it does
     expected = [motion.a, _gone_round(system, now, np.zeros(3)), _gone_round(system, now, np.zeros(3), falls=True)]
     if around is not None:
         expected.append(_gone_round(system, now, around))
@@ -76,8 +77,10 @@ def imbalance(
 
 def _gone_round(system, state, around: np.ndarray, falls: bool = False) -> np.ndarray:
     """Return the accelerations (nu,) of velocities that turn with the observer, V' = O x V in W, or fall besides."""
-    a, gravity = np.zeros(system.nu), np.array(system.model.gravity) * falls
+    a = np.zeros(system.nu)
+    hangs = held_by_ground(system.model) if falls else set()
     for body in (body for body in system.model.bodies if body.n_velocities):
+        gravity = np.array(system.model.gravity) * (falls and body.name not in hangs)
         iq, iu = system.body_slices[body.name]
         u = state.u[iu]
         if body.has_frame:

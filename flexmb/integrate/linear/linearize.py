@@ -25,6 +25,7 @@ from flexmb.integrate.formulations import RANK
 from flexmb.integrate.impulsive import refuse_crowds, refuse_impulses
 from flexmb.integrate.linear.imbalance import imbalance
 from flexmb.integrate.linear.independent import independent
+from flexmb.integrate.linear.lost_digits import lost_digits
 from flexmb.integrate.linear.observer import OWN_AXES, coefficients, constant_observer
 from flexmb.integrate.linear.plant import Plant, plant_of
 from flexmb.integrate.linear.spectrum import first_order, modes_of, state_matrix, without_integrals
@@ -256,6 +257,8 @@ def linearize(
     equations = without_integrals(first_order(seen, basis, fastest, system.lengths.digits), states)
     values, vectors = modes_of(equations)
     shapes = (T @ basis.N)[:, : basis.N.shape[1] - states]
+    if doubt := lost_digits(system, seen.K, basis.N[:, : shapes.shape[1]], equations, values, vectors):
+        warnings.warn(f"Model '{model.name}', linearize: {doubt}", ValidityWarning, stacklevel=2)
     linear = Linearization(
         M=equations.M,
         C=equations.C,

@@ -125,7 +125,7 @@ def _zeros(B: np.ndarray, E: np.ndarray, rounded: np.ndarray) -> tuple[np.ndarra
     while rest.shape[1]:
         U, sizes, V = np.linalg.svd(left.T @ B @ rest)
         aU, aV = np.abs(left @ U), np.abs(rest @ V.T)
-        none = sizes <= NOISE * (np.einsum("ik,ij,jk->k", aU, rounded, aV) + np.finfo(float).eps * sizes[0])
+        none = sizes <= NOISE * (np.sum(aU * (rounded @ aV), axis=0) + np.finfo(float).eps * sizes[0])
         if not np.any(none):
             break
         zeros = np.hstack([zeros, rest @ V[none].T])

@@ -1,0 +1,113 @@
+"""Friction that should hold: what its regularised law lets creep is told, and only that.
+
+Reference: the law itself. On a slope of the angle b a slide with mu N tanh(v / v_t) creeps at v_t artanh(tan b / mu).
+"""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+SLOPE, G = 0.2, 9.81
+ALONG = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0), x=(0, 0, 1))
+
+
+def on_a_slope(*forces, speed=0.0, slope=SLOPE) -> fmb.Model:
+    """A block of 1 kg on a slide down a slope."""
+    block = fmb.RigidBody("block", mass=1.0, inertia=(0.1, 0.1, 0.1), markers={"s": ALONG}, velocity=(speed, 0, 0))
+    return fmb.Model(
+        gravity=(G * np.sin(slope), 0, -G * np.cos(slope)),
+        bodies=[fmb.Ground(markers={"s": ALONG}), block],
+        joints=[fmb.Prismatic("slide", markers=("ground.s", "block.s"))],
+        forces=list(forces),
+        sensors=[fmb.Position("x", marker="block.s")],
+    )
+
+
+def told(model, t_end, **settings):
+    """Return the run and what it tells of creep."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        run = fmb.simulate(model, t_end, **settings)
+    return run, [str(one.message) for one in found if "regularised" in str(one.message)]
+
+
+def way(sentence: str) -> float:
+    """Return how far it goes."""
+    return float(sentence.split("it goes ")[1].split()[0])
+
+
+@pytest.mark.parametrize(
+    "integrator", [fmb.GeneralizedAlpha(), fmb.Implicit(), fmb.IDA()], ids=lambda i: type(i).__name__
+)
+def test_what_should_stand_and_creeps_is_told(integrator):
+    run, sentences = told(on_a_slope(fmb.JointFriction("f", joint="slide", moving=0.3)), 10.0, integrator=integrator)
+    crept = 1e-3 * np.arctanh(np.tan(SLOPE) / 0.3) * 10.0
+    assert run["x"][-1, 0] == pytest.approx(crept, rel=5e-3)
+    (sentence,) = sentences
+    assert "Force 'f'" in sentence
+    assert way(sentence) == pytest.approx(crept, rel=1e-2)
+    assert sentence in run.statistics["warnings"]
+
+
+def test_a_smaller_transition_as_it_says_holds():
+    """0.4 mm of a way that was 8 mm: what the sentence asks for is enough."""
+    assert not told(on_a_slope(fmb.JointFriction("f", joint="slide", moving=0.3, transition=5e-5)), 10.0)[1]
+
+
+def test_what_slides_and_swings_is_not_told():
+    slides = on_a_slope(fmb.JointFriction("f", joint="slide", moving=0.1))
+    swings = on_a_slope(
+        fmb.JointFriction("f", joint="slide", moving=0.02),
+        fmb.Bushing("k", markers=("ground.s", "block.s"), stiffness=(0, 0, 100.0, 0, 0, 0)),
+        speed=2.0,
+        slope=0.0,
+    )
+    for model in (slides, swings):
+        assert not told(model, 3.0)[1]
+
+
+def test_a_brake_that_turns_tells_radians():
+    """4 N m on a brake of 10 N m: v_t artanh(0.4) of 0.01 rad/s in 5 s are 0.021 rad, more than a twentieth of 0.2."""
+    wheel = fmb.RigidBody("wheel", mass=1.0, inertia=(0.1, 0.1, 0.1), markers={"hub": (0, 0, 0)})
+    model = fmb.Model(
+        bodies=[fmb.Ground(), wheel],
+        joints=[fmb.Revolute("axle", markers=("ground.origin", "wheel.hub"))],
+        forces=[
+            fmb.Actuator("load", joint="axle", effort=4.0),
+            fmb.JointFriction("brake", joint="axle", moving=0.5, radius=0.1, preload=200.0, transition=0.01),
+        ],
+    )
+    (sentence,) = told(model, 5.0)[1]
+    assert "Force 'brake'" in sentence
+    assert " rad; expected" in sentence
+    assert way(sentence) == pytest.approx(0.05 * np.arctanh(0.4), rel=1e-2)
+
+
+@pytest.mark.parametrize("transition", [1e-3, 1e-6])
+def test_a_ball_that_stands_by_contact(transition):
+    """A ball on a slope that may not roll: contact with friction creeps by v_t / sqrt((mu / tan b)^2 - 1)."""
+    ball = fmb.RigidBody("ball", mass=1.0, inertia=(4e-3, 4e-3, 4e-3), at=(0, 0, 0.1))
+    model = fmb.Model(
+        gravity=(G * np.sin(SLOPE), 0, -G * np.cos(SLOPE)),
+        bodies=[fmb.Ground(), ball],
+        forces=[
+            fmb.Contact(
+                "floor",
+                markers=("ground.origin", "ball.center"),
+                radius=0.1,
+                stiffness=1e6,
+                damping=10.0,
+                friction=0.5,
+                transition=transition,
+            ),
+            fmb.Bushing("lock", markers=("ground.origin", "ball.center"), stiffness=(0, 0, 0, 1e5, 1e5, 1e5)),
+        ],
+    )
+    sentences = told(model, 5.0, samples=201)[1]
+    assert len(sentences) == (transition > 1e-4)
+    if sentences:
+        crept = transition / np.sqrt((0.5 / np.tan(SLOPE)) ** 2 - 1.0) * 5.0
+        assert way(sentences[0]) == pytest.approx(crept, rel=0.05)

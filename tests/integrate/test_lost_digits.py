@@ -1,0 +1,52 @@
+"""Soft springs beside stiff ones: frequencies are right, or told with the place of the stiff one.
+
+Reference: two equal masses, ground - k - m - K - m: w^2 = (k + 2 K -+ sqrt(k^2 + 4 K^2)) / (2 m), for K >> k the soft
+one k / (2 m).
+"""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+
+def found(stiff: float, soft: float = 1.0):
+    """Return the linearised pair, and what it tells."""
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("a", mass=1.0), fmb.PointMass("b", mass=1.0)],
+        forces=[
+            fmb.Bushing("soft", markers=("ground.origin", "a.center"), stiffness=(soft, 5.0, 5.0, 0, 0, 0)),
+            fmb.Bushing("stiff", markers=("a.center", "b.center"), stiffness=(stiff, 5.0, 5.0, 0, 0, 0)),
+        ],
+    )
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        return fmb.linearize(model), [str(one.message) for one in told]
+
+
+@pytest.mark.parametrize("stiff", [1e3, 1e8, 1e11])
+def test_digits_that_are_left_are_not_told(stiff):
+    linear, told = found(stiff)
+    assert not told
+    square = (1.0 + 2.0 * stiff) / 2.0
+    square = stiff / (square + np.sqrt(0.25 + stiff**2))
+    assert np.min(linear.frequencies) * 2.0 * np.pi == pytest.approx(np.sqrt(square), rel=1e-4)
+
+
+@pytest.mark.parametrize("stiff", [4e13, 1e14, 1e15])
+def test_digits_that_are_lost_are_told(stiff):
+    """Beyond 1e16 the matrix has no digit of the soft spring any more, and nothing can be said of it."""
+    (sentence,) = found(stiff)[1]
+    assert "linearize" in sentence
+    assert "Body 'a', translation along x" in sentence or "Body 'b', translation along x" in sentence
+    assert "use a joint" in sentence
+
+
+@pytest.mark.parametrize("stiff", [1e6, 1e14])
+def test_what_is_free_is_no_doubt(stiff):
+    """Without the soft spring the pair has a zero, which is one."""
+    linear, told = found(stiff, soft=0.0)
+    assert not told
+    assert np.min(linear.frequencies) == 0.0
