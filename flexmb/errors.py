@@ -20,6 +20,7 @@ __all__ = [
     "ReductionError",
     "SlowRunWarning",
     "ValidityWarning",
+    "caused_by_interrupt",
     "did_you_mean",
     "duration",
     "listed",
@@ -111,6 +112,13 @@ class ValidityWarning(UserWarning):
 
 MOST = 24
 """Longest list of names that a message shows in full."""
+
+
+def caused_by_interrupt(error: BaseException | None) -> bool:
+    """Is there a KeyboardInterrupt among the causes of an error?"""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def listed(name: str, known: Iterable[str]) -> str:

@@ -10,6 +10,7 @@ import argparse
 
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
+from flexmb.cli.state_arguments import begins_at_rest
 
 NAME = "check"
 SUMMARY = "count freedoms, name redundant equations, try the assembly"
@@ -26,8 +27,7 @@ def execute(arguments: argparse.Namespace) -> int:
     report = fmb.check(model)
     print(report)
     if report.mobility > 0:
-        # t_end is not used: with one, the table [simulation] may be missing
-        rests = fmb.load_simulation(arguments.model, given, t_end=1.0).start == "equilibrium"
+        rests = begins_at_rest(arguments, given)
         about, where = (fmb.statics(model), "equilibrium at the start") if rests else (None, "start")
         print(f"  frequencies about the {where}: {fmb.first_frequencies(model, about=about)}")
     return 0

@@ -45,7 +45,7 @@ from flexmb.cli import (
     warm,
 )
 from flexmb.cli.reduction_lines import ReductionLines
-from flexmb.errors import FlexmbError, ModelError
+from flexmb.errors import FlexmbError, ModelError, caused_by_interrupt
 
 __all__ = ["VERBS", "main"]
 
@@ -82,8 +82,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FlexmbError as error:
         print(f"{command}: {error}", file=sys.stderr)
         return FAILED
-    except KeyboardInterrupt:
-        print(f"{command}: interrupted", file=sys.stderr)
+    except (KeyboardInterrupt, SystemError) as error:
+        if not caused_by_interrupt(error):
+            raise
+        print(f"{command}: interrupted", file=sys.stderr)  # also in the first call of a compiled function
         return INTERRUPTED
     except BrokenPipeError:  # the reader of a pipe has closed it: flexmb check ... | head
         _close_output()
@@ -188,6 +190,7 @@ def _shows_warnings():
             seen.add(str(message))
             print(f"flexmb: warning: {message}", file=file or sys.stderr)
 
+    show.seen = seen  # type: ignore[attr-defined]  # a summary need not give them again
     return show
 
 

@@ -9,6 +9,7 @@ import argparse
 from pathlib import Path
 
 from flexmb.cli.model_arguments import add_model_arguments, settings
+from flexmb.cli.state_arguments import begins_at_rest
 from flexmb.errors import ModelError
 
 NAME = "locus"
@@ -18,7 +19,11 @@ SUMMARY = "draw the poles over a parameter, and say where the model becomes unst
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_model_arguments(parser)
     parser.add_argument("--over", required=True, metavar="NAME=START:STOP:COUNT", help="a value of [parameters]")
-    parser.add_argument("--statics", action="store_true", help="about the equilibrium of each value; default: as drawn")
+    parser.add_argument(
+        "--statics",
+        action="store_true",
+        help="about the equilibrium of each value; default: where runs of the file begin",
+    )
     parser.add_argument(
         "-o",
         "--out",
@@ -41,7 +46,9 @@ def execute(arguments: argparse.Namespace) -> int:
     def model(value: float) -> fmb.Model:
         return fmb.load_model(arguments.model, {**fixed, name: value}, trust=arguments.trust)
 
-    locus = fmb.root_locus(model, values, about=fmb.statics if arguments.statics else None)
+    locus = fmb.root_locus(
+        model, values, about=fmb.statics if begins_at_rest(arguments, {**fixed, name: values[0]}) else None
+    )
     target = Path(arguments.out) if arguments.out else Path(f"{Path(arguments.model).stem}_locus.png")
     drawn = view.root_loci(locus, target, name=name)
     for value, pole in locus.crossings():

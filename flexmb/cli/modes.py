@@ -15,6 +15,8 @@ import flexmb as fmb
 from flexmb.cli.state_arguments import add_state_arguments, model_and_state
 from flexmb.errors import ModelError
 
+MANY = 12
+"""Pictures from which on it is said how many there are: each takes a second or more."""
 NAME = "modes"
 SUMMARY = "print frequencies and damping of a mechanism, draw its mode shapes, write them for ParaView"
 
@@ -48,10 +50,13 @@ def execute(arguments: argparse.Namespace) -> int:
     without = int((linear.frequencies == 0.0).sum())
     if without:
         print(f"  {without} without oscillation")
+    print(f"  about the {'start as drawn' if about is None else 'equilibrium'}")
     print("stable" if linear.stable else "unstable: a mode grows")
     if arguments.picture:
         from flexmb import view
 
+        if arguments.count is None and len(chosen) > MANY:
+            print(f"drawing {len(chosen)} modes; --count {MANY} draws the first {MANY}", flush=True)
         for n, k in enumerate(chosen, start=1):
             motion = fmb.mode_motion(model, about, mode=k)
             half, target = motion.t[len(motion.t) // 2], Path(arguments.picture) / f"mode_{n}.png"

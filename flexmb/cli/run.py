@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -109,10 +110,10 @@ def computed(simulate: Callable[[Callable], fmb.Solution], load: Callable[[], fm
         try:
             return simulate(lambda t, t_end: bar("simulating", t / t_end))
         except IntegrationError as error:
+            if error.solution is None:  # whoever catches it prints it
+                raise
             log.line(str(error))
             print(f"flexmb run: {error}", file=sys.stderr)
-            if error.solution is None:
-                raise
             return error.solution
         except KeyboardInterrupt:
             log.line("interrupted")
@@ -123,12 +124,15 @@ def computed(simulate: Callable[[Callable], fmb.Solution], load: Callable[[], fm
 
 
 def summary(solution: fmb.Solution, folder: Path) -> str:
-    """Return status, place and the range of every sensor as text; columns that stay zero are counted only."""
+    """Return status, place and the range of every sensor as text.
+
+    Columns that stay zero are counted only; warnings that have been shown are left out.
+    """
     import numpy as np
 
     from flexmb import io
 
-    rows, zero = [], 0
+    rows, zero, shown = [], 0, getattr(warnings.showwarning, "seen", ())
     for name in solution.sensor_names:
         values = np.asarray(solution[name], float).reshape(len(solution.t), -1)
         negligible = ZERO * np.abs(values).max(initial=0.0)
@@ -139,7 +143,7 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
                 rows.append((label, *(f"{x:.6g}" for x in (column.min(), column.max(), column[-1]))))
     lines = [
         *happened(solution),
-        *(f"warning: {text}" for text in solution.statistics.get("warnings", ())),
+        *(f"warning: {text}" for text in solution.statistics.get("warnings", ()) if text not in shown),
         *(f"note: {text}" for text in solution.statistics.get("notes", ())),
         f"{solution.status}",
         f"{len(solution.t)} samples, t = {solution.t[0]:g} to {solution.t[-1]:g} s",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.errors import ModelError
 
-__all__ = ["add_band", "add_ports", "add_state_arguments", "band", "model_and_state", "plant"]
+__all__ = ["add_band", "add_ports", "add_state_arguments", "band", "begins_at_rest", "model_and_state", "plant"]
 
 
 def add_state_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +22,7 @@ def add_state_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--statics",
         action="store_true",
-        help="about the equilibrium, found first; default: the start as drawn, at rest",
+        help="about the equilibrium, found first; default: where runs of the file begin, as drawn if it does not say",
     )
 
 
@@ -56,10 +57,19 @@ def band(arguments: argparse.Namespace, verb: str) -> np.ndarray:
     return np.geomspace(first, last, points)
 
 
+def begins_at_rest(arguments: argparse.Namespace, given: Mapping[str, Any]) -> bool:
+    """Is the equilibrium asked for, or does the file's table [simulation] begin there?"""
+    if getattr(arguments, "statics", False):
+        return True
+    # t_end is not used: with one, the table [simulation] may be missing
+    return fmb.load_simulation(arguments.model, given, t_end=1.0).start == "equilibrium"
+
+
 def model_and_state(arguments: argparse.Namespace) -> tuple[fmb.Model, Any]:
-    """Return the model, and its equilibrium where that is asked for."""
-    model = fmb.load_model(arguments.model, settings(arguments), trust=arguments.trust)
-    return model, fmb.statics(model) if arguments.statics else None
+    """Return the model, and the equilibrium where it is asked for or runs of the file begin in it."""
+    given = settings(arguments)
+    model = fmb.load_model(arguments.model, given, trust=arguments.trust)
+    return model, fmb.statics(model) if begins_at_rest(arguments, given) else None
 
 
 def plant(arguments: argparse.Namespace):

@@ -89,6 +89,7 @@ ANALYSES: Mapping[str, Callable[[], object]] = {
     "accelerations": _accelerations,
     "meshed part": warm_parts.meshed,
     "rigid contact": warm_parts.touching,
+    "contact of skins": warm_parts.skins,
     "sampled signal": warm_parts.sampled,
     "kinematics": warm_parts.driven,
     "joint torques": warm_parts.torques,

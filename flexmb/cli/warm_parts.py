@@ -11,7 +11,7 @@ import numpy as np
 import flexmb as fmb
 from flexmb import fem, reduction
 
-__all__ = ["driven", "meshed", "orbit", "sampled", "torques", "touching"]
+__all__ = ["driven", "meshed", "orbit", "sampled", "skins", "torques", "touching"]
 
 MESH = Path(__file__).parent / "demo_data" / "lever_arm.msh"
 
@@ -72,6 +72,32 @@ def touching() -> fmb.Solution:
         samples=3,
         integrator=fmb.MoreauJean(step=5e-4),
     )
+
+
+def skins() -> np.ndarray:
+    """Press two crossing beams on each other and return the state of their contact: force, area and pressure first."""
+    r = 0.01
+    section = fem.Section.solid_circle(2.0 * r)
+
+    def rod(name: str, start: tuple, end: tuple) -> fmb.AncfBeam:
+        skin = fmb.Skin(spacing=1.5e-3, radius=r, between=(0.4, 0.6), faces=True)
+        points, steel = (start, end), fmb.MATERIALS["steel"]
+        return fmb.AncfBeam(name, points=points, elements=2, section=section, material=steel, skins={"side": skin})
+
+    law = fmb.ElasticFoundation(modulus=1e9, thickness=0.01, friction=0.3, damping=0.1)
+    height = 2.0 * r - 1e-4
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[
+            fmb.Ground(),
+            rod("over", (-0.1, 0, height), (0.1, 0, height)),
+            rod("under", (0, -0.1, 0), (0, 0.1, 0)),
+        ],
+        surfaces=[fmb.SkinSurface(name, skin=f"{name}.side") for name in ("over", "under")],
+        forces=[fmb.SkinContact("touch", surfaces=("over", "under"), law=law)],
+        sensors=[fmb.ContactState("state", force="touch")],
+    )
+    return fmb.simulate(model, 1e-5, samples=2)["state"]
 
 
 def sampled() -> fmb.Solution:

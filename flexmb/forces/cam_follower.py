@@ -288,6 +288,10 @@ class CamFollower(Force):
         for marker in self.markers:
             model.marker(marker, self.title)
 
+    def slip_unit(self, model) -> str:
+        """Return m, if there is friction."""
+        return "m" if self.friction > 0.0 else ""
+
     def record(self, compiler):
         """Return the row."""
         a, b = (compiler.marker(name) for name in self.markers)

@@ -188,6 +188,10 @@ class JointFriction(OnCoordinate):
                 remedy="Write radius=0.02",
             )
 
+    def slip_unit(self, model) -> str:
+        """Return the unit of the joint's coordinate."""
+        return "rad" if self.place(model)[0].kind == "turn" else "m"
+
     def record(self, compiler):
         """Return the row."""
         coordinate, markers = self.place(compiler.model)

@@ -177,6 +177,10 @@ class SurfaceContact(Force):
         """Return the names of the coordinates that keep the wrench on a marker."""
         return [f"{self.title}: {part} on {marker}" for part in ("fx", "fy", "fz", "mx", "my", "mz")]
 
+    def slip_unit(self, model) -> str:
+        """Return m, if its law has regularised friction."""
+        return "m" if getattr(self.law, "transition", None) is not None and self.law.friction > 0.0 else ""
+
     def record(self, compiler) -> dict[str, Any]:
         """Return the row."""
         if self.impulsive:

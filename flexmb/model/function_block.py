@@ -107,7 +107,7 @@ class Function(Block):
         return np.concatenate([[value], slopes])
 
     def _compare(self, t: float, x: np.ndarray, slopes: np.ndarray) -> None:
-        """Raise ValueError where derivatives contradict differences, as those of a function that drops imaginary
+        """Raise ValueError where derivatives contradict differences, as of a function that drops imaginary
         parts.
         """
         f = self._function  # type: ignore[attr-defined]

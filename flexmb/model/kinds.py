@@ -95,6 +95,8 @@ class Body(Part):
     (with `section_axes`, `section_forces`, `section_strains`) or "sheet" (with `surface_points`, `resultants`)."""
     takes_markers: ClassVar[bool] = False
     """Can its field `markers` hold further poses?"""
+    stations: ClassVar[tuple[str, ...]] = ()
+    """Markers that only observe: no shape of the body is made for forces there."""
     watch: ClassVar[Any] = None
     """Class (bodies of the kind, system) that measures how far they are from what they hold for; None: nothing."""
 
@@ -281,6 +283,10 @@ class Force(Part):
     def unseen_in(self, model) -> str:
         """Return what steps do not see of its law in a model."""
         return self.unseen
+
+    def slip_unit(self, model) -> str:
+        """Return the unit, m or rad, of the way that its friction lets go what should stand; "" without it."""
+        return ""
 
     @property
     def impulsive(self) -> bool:

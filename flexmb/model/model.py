@@ -110,6 +110,11 @@ class Model(metaclass=Described):
         """Parts by name in each family: looked up many times while a long model is compiled."""
         return {family: {part.name: part for part in getattr(self, family)} for family in FAMILIES}
 
+    @cached_property
+    def _poses(self) -> dict[str, dict[str, Any]]:
+        """Poses of the markers of each body that was asked for: a skin has hundreds, and asks for each of them."""
+        return {}
+
     def body(self, name: str, asker: str = "Model"):
         """Return the body of this name."""
         return find_part(name, self._by_name["bodies"], asker, "body")
@@ -129,14 +134,17 @@ class Model(metaclass=Described):
     def marker(self, name: str, asker: str = "Model"):
         """Return (body, marker pose) of "body.marker"; ModelError with the known markers of that body otherwise."""
         body_name, dot, marker = str(name).partition(".")
+        bodies = self._by_name["bodies"]
         if not dot:
+            own = [f"'{name}.{marker}'" for marker in bodies[name].marker_poses()] if name in bodies else []
             raise ModelError(
                 asker,
-                found=f"marker '{name}' names no body",
+                found=f"marker '{name}' names a body without its marker" if own else f"marker '{name}' names no body",
                 expected="'body.marker'",
-                remedy=did_you_mean(name, self.marker_names()) or "Write it as 'body.marker'",
+                remedy=f"Write {' or '.join(own[:3])}"
+                if own
+                else did_you_mean(name, self.marker_names()) or "Write it as 'body.marker'",
             )
-        bodies = self._by_name["bodies"]
         if body_name not in bodies:
             raise ModelError(
                 asker,
@@ -144,7 +152,9 @@ class Model(metaclass=Described):
                 expected=f"The model has: {listed(body_name, sorted(bodies))}",
                 remedy=did_you_mean(body_name, bodies) or "Correct the name",
             )
-        poses = bodies[body_name].marker_poses()
+        if body_name not in self._poses:
+            self._poses[body_name] = bodies[body_name].marker_poses()
+        poses = self._poses[body_name]
         if marker not in poses:
             near = did_you_mean(marker, poses)
             remedy = near.replace("'" + near.split("'")[1], f"'{body_name}." + near.split("'")[1], 1) if near else ""

@@ -269,7 +269,9 @@ def as_signal(value: Any, part: str, field: str) -> Signal:
         near = did_you_mean(next(iter(value)), WORDS) if len(value) == 1 else ""
         remedy = near or f"Write {field} = {{ ramp = {{ rate = 1.0 }} }}, or a number"
     elif isinstance(value, str):
-        remedy = f'Write {field} = "= 0.5*t" for an expression in a model file, a number without quotes'
+        word = value.strip()
+        own = f'"= {word}" for a signal or parameter of this name, ' if word.isidentifier() else ""
+        remedy = f'Write {field} = {own}"= 0.5*t" for an expression in a model file, a number without quotes'
     raise ModelError(
         part,
         found=f"{field} = {value!r}",

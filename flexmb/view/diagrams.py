@@ -30,6 +30,8 @@ DPI = 150
 FINAL = "final"
 WIDTH = 36
 """Characters of a label along the ordinate."""
+FEW, LINE = 2, 0.08
+"""Labels that find a place between curves; height of one, relative to the diagram's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -252,8 +254,12 @@ def draw_diagrams(
                 ax.set_xlim(*diagram.limits)
             if ordinates is not None:
                 ax.set_ylim(*ordinates)
-            if any(line.label for line in lines):
-                ax.legend(fontsize=8, frameon=False)
+            labels = sum(1 for line in lines if line.label)
+            if ordinates is None and labels > FEW:  # room for them, or they would lie on curves
+                low, high = ax.get_ylim()
+                ax.set_ylim(low, high + LINE * labels * (high - low))
+            if labels:
+                ax.legend(fontsize=8, framealpha=0.85, edgecolor="none")
         for ax in axes[len(made) :]:
             ax.set_visible(False)
         with replacing(path, f"Plot '{path}'", folder=True) as file:

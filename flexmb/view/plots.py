@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from flexmb.errors import FlexmbError
 from flexmb.files import replacing
-from flexmb.view.curves import drawable
+from flexmb.view.curves import LARGEST, drawable
 
 __all__ = ["plot"]
 
 COLORS = ("#1f5fa8", "#d1495b", "#3a8f5c", "#c98a2b", "#6d597a", "#26303a")
+
+
+ROUNDING = 1e-9
+"""Of the largest value of a unit: what changes by less is drawn as flat."""
 
 
 def plot(solution, names: str | Sequence[str] | None, path: str | Path, *, size=(9.0, 2.6)) -> Path:
@@ -54,8 +60,12 @@ def _plotted(solution, names: tuple[str, ...], path: Path, size: tuple[float, fl
             remedy="Use .png, .svg or .pdf",
         )
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    least = _least_ranges(solution)
     for name, ax in zip(names, axes, strict=True):
         _draw(ax, solution.t, solution[name], name, solution.column_titles(name))
+        for axis in (ax, getattr(ax, "second", None)):
+            if axis is not None:
+                _widen(axis, least.get(axis.get_ylabel(), 0.0))
     axes[-1].set_xlabel("time [s]")
     with replacing(path, f"Plot '{path}'", folder=True) as file:
         figure.savefig(file)
@@ -94,6 +104,34 @@ def _draw(ax, t, values, name, titles):
             borderaxespad=0.1,
         )
     ax.margins(x=0)
+
+
+def _least_ranges(solution) -> dict[str, float]:
+    """Return by unit the range that an axis shows at the least: less of it is rounding of the largest values.
+
+    Moments are compared with forces at the length of the model too.
+    """
+    largest: dict[str, float] = {}
+    for name in solution.sensor_names:
+        values = np.abs(np.asarray(solution[name], float).reshape(len(solution.t), -1))
+        for title, column in zip(solution.column_titles(name), values.T, strict=True):
+            unit = title[title.index("[") :] if "[" in title else title
+            known = column[column <= LARGEST]
+            largest[unit] = max(largest.get(unit, 0.0), float(known.max(initial=0.0)))
+    known_lengths = (getattr(phase.system, "lengths", None) for phase in solution.phases)
+    lengths = [float(known.whole) for known in known_lengths if known is not None]
+    if lengths and {"[N]", "[N m]"} & largest.keys():
+        force, moment = largest.get("[N]", 0.0), largest.get("[N m]", 0.0)
+        largest |= {"[N]": max(force, moment / max(lengths)), "[N m]": max(moment, force * max(lengths))}
+    return {unit: ROUNDING * value for unit, value in largest.items()}
+
+
+def _widen(ax, least: float) -> None:
+    """Show a range of `least`, so that rounding is flat."""
+    low, high = ax.get_ylim()
+    if high - low < least:
+        middle = 0.5 * (low + high)
+        ax.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
 
 
 def _second_axis(ax, unit):

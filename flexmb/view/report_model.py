@@ -33,9 +33,9 @@ def notices(runs: Sequence[Run], checks: Mapping[str, Any]) -> str:
         found += [f"{name}{error}. {error.remedy}" for error in run_errors(solution) if error.remedy]
         report = checks.get(run.name)
         if report is not None and report.redundant:
-            found.append(
-                f"{name}{len(report.redundant)} dependent equations; the reactions of these joints are not unique"
-            )
+            shared = ", ".join(f"'{joint}'" for joint in solution.shared_reactions)
+            unique = f"the reactions of {shared} are not unique" if shared else "all reactions are unique"
+            found.append(f"{name}{len(report.redundant)} dependent equations; {unique}")
     events = [
         f"{run.name + ': ' if len(runs) > 1 else ''}event '{phase.ended}' at t = {phase.t[-1]:.6g} s"
         for run in runs

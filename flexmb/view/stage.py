@@ -87,7 +87,8 @@ class Stage:
         for part, surface, ids, edges in self._drawn:
             points, mises = self._state(part, frame)
             surface.points = points[ids]
-            surface.compute_normals(inplace=True, split_vertices=False)
+            if surface.n_cells > surface.n_lines + surface.n_verts:  # lines alone have no normals
+                surface.compute_normals(inplace=True, split_vertices=False)
             if mises is not None:
                 surface.point_data[ELASTIC_LABEL] = mises[ids]
             if part.tiles is not None:

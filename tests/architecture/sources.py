@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "flexmb"
@@ -28,9 +29,30 @@ def room(path: Path) -> str:
     return "" if parts[0] == "__init__" else "cli" if parts[0] == "__main__" else parts[0]
 
 
-@cache
+class Source(NamedTuple):
+    """What is asked of a file; its tree would take a hundred times the memory of all of this.
+
+    imports   : (dotted module, line) of every import
+    functions : (name, first and last line) of every function
+    """
+
+    imports: tuple[tuple[str, int], ...]
+    functions: tuple[tuple[str, int, int], ...]
+    docstring: str
+
+
 def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+@cache
+def source(path: Path) -> Source:
+    parsed = tree(path)
+    nodes = list(ast.walk(parsed))
+    functions = [
+        (node.name, node.lineno, node.end_lineno or node.lineno) for node in nodes if isinstance(node, ast.FunctionDef)
+    ]
+    return Source(tuple(_imports(path, nodes)), tuple(functions), ast.get_docstring(parsed) or "")
 
 
 def is_module(dotted: str) -> bool:
@@ -39,19 +61,24 @@ def is_module(dotted: str) -> bool:
     return path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
 
 
-def imports(path: Path) -> Iterator[tuple[str, int]]:
-    """Yield (dotted module, line) of every import in a file, those inside functions too.
+def imports(path: Path) -> tuple[tuple[str, int], ...]:
+    """Return (dotted module, line) of every import in a file, inside functions too."""
+    return source(path).imports
+
+
+def _imports(path: Path, nodes: list[ast.AST]) -> Iterator[tuple[str, int]]:
+    """Yield (dotted module, line) of every import.
 
     ``from flexmb import fem`` gives flexmb.fem, ``from flexmb import Model`` gives flexmb.
     """
     here = path.relative_to(ROOT).with_suffix("").parts
     package = here[:-1]
-    for node in ast.walk(tree(path)):
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from ((alias.name, node.lineno) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             above = package[: len(package) - node.level + 1] if node.level else ()
-            source = ".".join((*above, *filter(None, [node.module])))
+            whence = ".".join((*above, *filter(None, [node.module])))
             for alias in node.names:
-                deeper = f"{source}.{alias.name}"
-                yield (deeper if source.startswith("flexmb") and is_module(deeper) else source), node.lineno
+                deeper = f"{whence}.{alias.name}"
+                yield (deeper if whence.startswith("flexmb") and is_module(deeper) else whence), node.lineno

@@ -3,6 +3,7 @@
 import ast
 import re
 from functools import cache
+from typing import NamedTuple
 
 import pytest
 from architecture.sources import FILES, ROOT, name, tree
@@ -13,39 +14,54 @@ OUTSIDE = [
 ]
 
 
-def compiled(path):
-    """Return the compiled functions of a file and their decorator."""
-    return {
+class Kernel(NamedTuple):
+    """A compiled function, its decorator, and the lines outside of all kernels of the file that name it."""
+
+    name: str
+    kind: str
+    outside: tuple[int, ...]
+
+
+def compiled(path) -> list[Kernel]:
+    """Return the compiled functions of a file."""
+    if "kernel" not in text(path):
+        return []
+    nodes = list(ast.walk(tree(path)))
+    kinds = {
         node: ast.unparse(decorator).split("(")[0]
-        for node in ast.walk(tree(path))
+        for node in nodes
         if isinstance(node, ast.FunctionDef)
         for decorator in node.decorator_list
         if ast.unparse(decorator).split("(")[0] in COMPILED
     }
-
-
-WITH_KERNELS = [path for path in FILES if any("inner" in kind or kind == "kernel" for kind in compiled(path).values())]
-
-
-@pytest.mark.parametrize("path", WITH_KERNELS, ids=name)
-def test_inner_kernels_are_called_by_kernels_only(path):
-    kernels = compiled(path)
-    within = {id(node) for kernel in kernels for node in ast.walk(kernel)}
-    names = [node for node in ast.walk(tree(path)) if isinstance(node, ast.Name)]
-    for kernel, kind in kernels.items():
-        if not kernel.name.startswith("_"):
-            assert kind != "inner_kernel", f"{kernel.name} has a public name: other files may call it from Python"
-            continue
-        outside = [node.lineno for node in names if node.id == kernel.name and id(node) not in within]
-        if kind == "inner_kernel":
-            assert not outside, f"{kernel.name} is called from Python, line {outside}: it needs @kernel"
-        elif kind == "kernel":
-            assert outside or elsewhere(path, kernel.name), f"{kernel.name} is called by kernels only: @inner_kernel"
+    within = {id(node) for kernel in kinds for node in ast.walk(kernel)}
+    names = [node for node in nodes if isinstance(node, ast.Name) and id(node) not in within]
+    return [
+        Kernel(kernel.name, kind, tuple(node.lineno for node in names if node.id == kernel.name))
+        for kernel, kind in kinds.items()
+    ]
 
 
 @cache
 def text(path):
     return path.read_text(encoding="utf-8")
+
+
+KERNELS = {path: compiled(path) for path in FILES}
+WITH_KERNELS = [
+    path for path, found in KERNELS.items() if any("inner" in one.kind or one.kind == "kernel" for one in found)
+]
+
+
+@pytest.mark.parametrize("path", WITH_KERNELS, ids=name)
+def test_inner_kernels_are_called_by_kernels_only(path):
+    for function, kind, outside in KERNELS[path]:
+        if not function.startswith("_"):
+            assert kind != "inner_kernel", f"{function} has a public name: other files may call it from Python"
+        elif kind == "inner_kernel":
+            assert not outside, f"{function} is called from Python, line {outside}: it needs @kernel"
+        elif kind == "kernel":
+            assert outside or elsewhere(path, function), f"{function} is called by kernels only: @inner_kernel"
 
 
 @cache
@@ -62,6 +78,6 @@ def elsewhere(path, function):
 
 @pytest.mark.parametrize("path", WITH_KERNELS, ids=name)
 def test_inner_kernels_stay_in_their_file(path):
-    inner = [kernel.name for kernel, kind in compiled(path).items() if kind == "inner_kernel"]
+    inner = [kernel.name for kernel in KERNELS[path] if kernel.kind == "inner_kernel"]
     found = {function: [name(other) for other in elsewhere(path, function)] for function in inner}
     assert not any(found.values()), found

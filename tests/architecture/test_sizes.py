@@ -1,10 +1,9 @@
 """Files and functions stay readable, names say what a thing is, nothing is left half done."""
 
-import ast
 import re
 
 import pytest
-from architecture.sources import FILES, name, tree
+from architecture.sources import FILES, name, source
 
 FILE_LINES = 440
 FUNCTION_LINES = 90
@@ -21,9 +20,9 @@ def test_a_file_is_one_thing(path):
 @pytest.mark.parametrize("path", FILES, ids=name)
 def test_a_function_fits_on_a_screen(path):
     long = [
-        f"{name(path)}:{node.lineno} {node.name} has {node.end_lineno - node.lineno + 1} lines"
-        for node in ast.walk(tree(path))
-        if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno + 1 > FUNCTION_LINES
+        f"{name(path)}:{first} {function} has {last - first + 1} lines"
+        for function, first, last in source(path).functions
+        if last - first + 1 > FUNCTION_LINES
     ]
     assert not long, "\n".join(long)
 
@@ -47,5 +46,4 @@ def test_names_say_what_a_thing_is(path):
 
 @pytest.mark.parametrize("path", FILES, ids=name)
 def test_a_module_says_what_it_is(path):
-    docstring = ast.get_docstring(tree(path)) or ""
-    assert len(docstring.split()) >= 3, f"{name(path)} has no docstring that says what it holds"
+    assert len(source(path).docstring.split()) >= 3, f"{name(path)} has no docstring that says what it holds"

@@ -53,6 +53,26 @@ def test_interruption_has_its_code(monkeypatch, capsys):
     assert capsys.readouterr().err == "flexmb check: interrupted\n"
 
 
+def test_an_interruption_lost_in_a_first_call_too(monkeypatch, capsys):
+    """Python makes a SystemError of Ctrl-C in the first call of a compiled function; another one is no interruption."""
+
+    def lost(arguments):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as struck:
+            raise SystemError("returned a result with an exception set") from struck
+
+    def broken(arguments):
+        raise SystemError("another")
+
+    monkeypatch.setattr(command_line.check, "execute", lost)
+    assert main(["check", "a.toml"]) == 130
+    assert capsys.readouterr().err == "flexmb check: interrupted\n"
+    monkeypatch.setattr(command_line.check, "execute", broken)
+    with pytest.raises(SystemError):
+        main(["check", "a.toml"])
+
+
 def test_warnings_are_sentences(monkeypatch, capsys):
     def warn(arguments):
         for text in ("two cells are distorted", "the joint is open", "two cells are distorted"):

@@ -89,8 +89,30 @@ def test_modes(oscillator, capsys):
         damped = np.sqrt(stiffness / MASS - (DAMPING / (2 * MASS)) ** 2) / (2 * np.pi)
         assert float(frequency) == pytest.approx(damped, rel=1e-5)
         assert float(ratio) == pytest.approx(DAMPING / (2 * np.sqrt(stiffness * MASS)), rel=1e-3)
-        assert "\nstable\n" in printed
+        assert "about the equilibrium\nstable\n" in printed
         assert (oscillator / f"shapes{stiffness:g}" / "mode_1.pvd").exists()
+
+
+def test_modes_are_those_of_where_runs_begin(tmp_path, monkeypatch, capsys):
+    """A pendulum drawn on its side: sqrt(g / l) about its equilibrium, nothing that swings as drawn."""
+    monkeypatch.chdir(tmp_path)
+    text = """
+gravity = [0, 0, -9.81]
+body = [{ kind = "Ground" }, { kind = "PointMass", name = "bob", mass = 1.0, at = [2, 0, 0] }]
+joint = [{ kind = "Rod", name = "rope", markers = ["ground.origin", "bob.center"] }]
+[simulation]
+start = "START"
+"""
+    (tmp_path / "rest.toml").write_text(text.replace("START", "equilibrium"))
+    (tmp_path / "drawn.toml").write_text(text.partition("[simulation]")[0])
+    assert main(["modes", "rest.toml", "--count", "1"]) == 0
+    printed = capsys.readouterr().out
+    assert float(printed.splitlines()[1].split()[1]) == pytest.approx(np.sqrt(GRAVITY / 2.0) / (2.0 * np.pi), rel=1e-5)
+    assert "about the equilibrium" in printed
+    assert main(["modes", "drawn.toml"]) == 0
+    printed = capsys.readouterr()
+    assert "about the start as drawn" in printed.out
+    assert "no equilibrium" in printed.err
 
 
 def test_linearize(oscillator, capsys):

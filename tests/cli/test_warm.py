@@ -34,6 +34,8 @@ def test_every_analysis_runs(name):
         assert found.mobility > 0
     elif name == "joint torques":  # along the axis, upright: m (g + a)
         assert found == pytest.approx([9.81 + 0.3])
+    elif name == "contact of skins":  # a force on an area at a pressure
+        assert np.all(found[:, :3] > 0.0)
     elif name == "orbit":  # near the height where it began
         assert np.linalg.norm(found[:, :3], axis=1) == pytest.approx(7e6, rel=0.01)
     else:

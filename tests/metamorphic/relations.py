@@ -46,8 +46,11 @@ def with_far_body(model: fmb.Model, rng) -> fmb.Model:
 
 
 def split(model: fmb.Model, rng) -> fmb.Model:
-    """Every rigid body in two, joined by Fixed: a ball of a fifth of its mass inside, and the rest."""
-    bodies, joints = [], list(model.joints)
+    """Every rigid body in two, joined by Fixed: a ball of a fifth of its mass inside, and the rest.
+
+    What pulls at a body by its mass pulls at both.
+    """
+    bodies, joints, forces = [], list(model.joints), list(model.forces)
     for body in model.bodies:
         if not isinstance(body, fmb.RigidBody):
             bodies.append(body)
@@ -74,8 +77,10 @@ def split(model: fmb.Model, rng) -> fmb.Model:
                 markers={"hole": hole},
             )
         )
+        pulls = [f for f in model.forces if isinstance(f, fmb.CentralGravity) and f.body == body.name]
+        forces += [replace(f, name=f"{f.name}_inner", body=f"{body.name}_inner") for f in pulls]
         joints.append(fmb.Fixed(f"{body.name}_glue", markers=(f"{body.name}.hole", f"{body.name}_inner.hole")))
-    return replace(model, bodies=tuple(bodies), joints=tuple(joints))
+    return replace(model, bodies=tuple(bodies), joints=tuple(joints), forces=tuple(forces))
 
 
 def _parallel(d: np.ndarray) -> np.ndarray:

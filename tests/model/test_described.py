@@ -215,6 +215,7 @@ def test_materials_of_a_mesh(material):
         ({"ramps": {"rate": 1}}, "Did you mean 'ramp'?"),
         ({"rate": 1}, "Write angle = { ramp = { rate = 1.0 } }"),
         ("2*t", 'Write angle = "= 0.5*t" for an expression'),
+        ("valve", 'Write angle = "= valve" for a signal or parameter of this name, "= 0.5*t" for an expression'),
     ],
 )
 def test_what_looks_like_a_signal(value, remedy):
@@ -254,3 +255,9 @@ def test_an_error_inside_a_constructor_is_not_hidden():
 )
 def test_every_sentence_of_a_message_begins_as_one(expected, printed):
     assert str(FlexmbError("P", found="f", expected=expected, remedy="R")) == printed
+
+
+def test_a_body_in_the_place_of_a_marker():
+    model = fmb.Model(bodies=[fmb.Ground(), fmb.PointMass("load", mass=1.0)])
+    with pytest.raises(ModelError, match=r"marker 'load' names a body without its marker.*Write 'load.center'"):
+        model.marker("load")

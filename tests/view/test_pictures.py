@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb import fem, reduction
 from flexmb.errors import FlexmbError
 from flexmb.io.scene import Scene
 from flexmb.view import graphics, overlay, render, window
@@ -39,6 +40,30 @@ def test_elastic_displacement_can_be_magnified(solution):
     part, surface, ids, _ = next(entry for entry in stage._drawn if entry[0].name == "block")
     plain = scene.snapshot(part, 4)
     np.testing.assert_allclose(surface.points, (plain.points + 49.0 * plain.displacement)[ids], rtol=0, atol=1e-5)
+    stage.close()
+
+
+@pytest.mark.render
+def test_beams_without_a_figure_move():
+    """A reduced beam of constants is drawn as lines, which have no normals; a page of it, and its film, ended there."""
+    section = fem.Section.values(area=1e-3, inertia_y=1e-7, inertia_z=2e-7, torsion=1e-7)
+    fe = fem.frame([(0, 0, 0), (0.5, 0, 0), (1, 0, 0)], section=section, material=fmb.MATERIALS["steel"])
+    data = reduction.reduce(fe, {"root": [0], "tip": [2]}, modes=2)
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.FloatingBody("beam", data=data)],
+        joints=[fmb.Revolute("pin", markers=("ground.origin", "beam.root"))],
+        gravity=(0, -9.81, 0),
+    )
+    solution = fmb.simulate(model, 0.2, samples=3)
+    scene = Scene(solution)
+    stage = Stage(scene, (64, 64), 0.0)
+    stage.add_state(0)
+    stage.move_to(2)
+    moved = {part.name: (surface, ids, part) for part, surface, ids, _ in stage._drawn}
+    surface, ids, part = moved["beam"]
+    assert surface.n_lines == surface.n_cells > 0
+    np.testing.assert_allclose(surface.points, scene.points(part, 2, ids), atol=1e-6)
+    assert np.ptp(surface.points[:, 1]) > 0.05
     stage.close()
 
 

@@ -5,6 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 from results.spinning import observe, spinning_model, spinning_phase
 
+import flexmb as fmb
 from flexmb import sensors
 from flexmb.errors import FlexmbError
 from flexmb.results import Solution
@@ -31,6 +32,24 @@ def test_curves_are_the_sensors_values(solution, tmp_path, monkeypatch):
         np.testing.assert_array_equal(line.get_ydata(), solution["tip"][:, k])
     assert (tip.get_ylabel(), force.get_ylabel(), moment.get_ylabel()) == ("[m]", "[N]", "[N m]")
     np.testing.assert_array_equal(moment.lines[2].get_ydata(), solution["force"][:, 5])
+
+
+def test_rounding_is_drawn_flat(tmp_path, monkeypatch):
+    """Moments of 1e-11 N m beside a force of 98.1 N fill no panel; the force itself does."""
+    along = {"x": fmb.Pose.axes((0, 0, 0), z=(1, 0, 0), x=(0, 1, 0))}
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(markers=along), fmb.RigidBody("b", mass=10.0, inertia=(1, 1, 1), markers=along)],
+        joints=[fmb.Prismatic("slide", markers=("ground.x", "b.x"))],
+        sensors=[fmb.Reaction("R", joint="slide")],
+    )
+    run = fmb.simulate(model, 1.0, samples=21)
+    monkeypatch.setattr(Figure, "savefig", lambda self, path: figures.append(self))
+    figures = []
+    plot(run, None, tmp_path / "x.png")
+    force, moment = figures[0].axes
+    assert np.ptp(force.get_ylim()) == pytest.approx(98.1, rel=0.15)
+    assert np.ptp(moment.get_ylim()) > 50.0 * np.abs(run["R"][:, 3:]).max()
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])

@@ -262,6 +262,12 @@ class FloatingBody(Body):
             for name, at in zip(data.marker_names, data.marker_positions, strict=True)
         }
 
+    @property
+    def stations(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Markers behind the interfaces; none where the data do not say which are interfaces."""
+        data = self.reduced
+        return tuple(data.marker_names[data.n_interfaces :]) if data.n_interfaces else ()
+
     def bounds(self):
         """Return the box around the nodes of the mesh, m, in body axes."""
         nodes = self.reduced.nodes

@@ -21,6 +21,7 @@ from flexmb.system.branches import Followed
 from flexmb.system.given_state import given_state
 from flexmb.system.program import evaluate, keep_branches
 from flexmb.system.system import System
+from flexmb.tree.coordinates.carriers import carriers
 from flexmb.tree.coordinates.joint_jacobian import joint_jacobian
 from flexmb.tree.coordinates.joint_torques import gather_torques
 from flexmb.tree.coordinates.motions import FREE, HINGED, describable, joint_labels, motion_rows
@@ -94,13 +95,13 @@ class JointTree:
         plain = {
             j.name: not j.prescribes and not j.couples and describable(j, count[j.name]) for j in self.system.joints
         }
-        self.tree: Spanning = spanning_tree(self.system, cut, _carriers(self.system, plain, keep))
+        self.tree: Spanning = spanning_tree(self.system, cut, carriers(self.system, plain, keep))
         self.work = self.system.workspace()
         evaluate(self.system.program, self._start, self.work)
         self.rows = motion_rows(self.system, self.tree, self.work.markers, start.q)
         self.names, self.rate_names = self._labels()
         self.drives = {
-            f"{j.joint}.{_driven_freedom(j)}": j
+            f"{j.joint}.{j.freedom or ('slide' if j.angle is None else 'turn')}": j
             for j in self.system.joints
             if j.prescribes and j.joint in self.tree.joints.values()
         }
@@ -396,28 +397,3 @@ class JointTree:
             if branch in self.system.branch_names:
                 found.append((int(row["iq"] + row["turn"]), self.system.branch_names.index(branch)))
         return tuple(found)
-
-
-def _driven_freedom(drive) -> str:
-    return drive.freedom or ("turn" if drive.angle is not None else "slide")
-
-
-def _carriers(system: System, plain: dict[str, bool], keep: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the joints that may carry bodies, and those that must."""
-    for name in keep:
-        if name not in plain:
-            raise CompileError(
-                "JointTree",
-                found=f"joint '{name}' to keep does not exist",
-                expected=f"one of: {', '.join(plain)}",
-                remedy=did_you_mean(name, plain),
-            )
-        if not plain[name]:
-            kind = type(system.joints[system.joint_index[name]]).__name__
-            raise CompileError(
-                f"Joint '{name}'",
-                found=f"{kind} permits no turns or slides that could carry a body",
-                expected="a joint with relative coordinates in the tree",
-                remedy=f"Leave '{name}' out of keep: it closes a loop by its equations",
-            )
-    return tuple(name for name, good in plain.items() if good), keep

@@ -34,7 +34,7 @@ class RelativeUnknowns:
     links : LinkTree or None
         The model as links, if it is one of rigid and reduced bodies.
     recursion : str
-        "links", or "bodies" and why the passes are not those of links.
+        "links", or "bodies" and why not the passes over links.
     """
 
     def __init__(self, system, state: State, work, cut: tuple[str, ...] = ()):

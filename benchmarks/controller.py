@@ -1,0 +1,97 @@
+"""What controllers cost: twenty blocks on the flap station, an arm of ten links led from Python, a four-bar stepped.
+
+    python benchmarks/controller.py               # one or two minutes
+
+The flap station of the demo, elastic lever, with a controller of twenty blocks (filters, PID, limits, dead zones, a
+transfer function, a table) that follows lever and flap angle and acts on the foot of the pendulum, and without it:
+`GeneralizedAlpha` with a fixed step, so that the steps are the same, both runs in turn. The arm: torques computed in
+numpy every millisecond, twenty sensors read each time. CPU time of one thread, kernels compiled.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+import numpy as np  # noqa: E402 (one thread: set before it is loaded)
+
+import flexmb as fmb  # noqa: E402
+
+ROOT = Path(__file__).parents[1]
+STEP = 2e-4
+
+
+def blocks():
+    """Return a signal that passes through twenty blocks."""
+    lever, flap = fmb.measured("lever angle"), fmb.measured("flap angle")
+    slow, quick = fmb.Lag(lever, time=0.05), fmb.Lag(flap, time=0.02)  # 2
+    error = fmb.DeadZone(0.5 - slow, limits=(-1e-3, 1e-3))  # 3
+    outer = fmb.Pid(error, kp=40.0, ki=10.0, kd=1.0, filter=0.01, limits=(-200.0, 200.0))  # 4
+    wanted = fmb.RateLimit(outer, limits=(-50.0, 50.0), time=0.01)  # 5
+    inner = fmb.Pid(wanted - 2.0 * quick, kp=3.0, ki=1.0, limits=(-100.0, 100.0))  # 6, and a gain: 7
+    held = fmb.Limit(inner, limits=(-90.0, 90.0))  # 8
+    notch = fmb.TransferFunction(held, numerator=[1.0, 2.0, 900.0], denominator=[1.0, 40.0, 900.0])  # 9
+    bent = fmb.table([-100.0, -20.0, 20.0, 100.0], [-80.0, -20.0, 20.0, 80.0], of=notch)  # 10
+    watch = fmb.formula("a*sin(b)", over={"a": bent, "b": quick})  # 11
+    mean = fmb.Lag(watch, time=0.1)  # 12
+    total = fmb.Integral(mean, gain=0.1, limits=(-10.0, 10.0))  # 13
+    ahead = fmb.Lag(fmb.measured("carriage stroke"), time=0.03)  # 14
+    second = fmb.Pid(0.2 - ahead, kp=5.0, ki=0.5)  # 15
+    third = fmb.Limit(second, limits=(-30.0, 30.0))  # 16
+    both = bent + total  # 17
+    all_three = both + third  # 18
+    zone = fmb.DeadZone(all_three, limits=(-0.1, 0.1))  # 19
+    return fmb.Lag(zone, time=0.005)  # 20
+
+
+def station(controlled: bool) -> fmb.Model:
+    """Return the flap station, perhaps with the controller; the actuator is there in both."""
+    model = fmb.load_model(Path(fmb.__file__).parent / "cli" / "demo_data" / "flap_station.toml")
+    effort = 1e-2 * blocks() if controlled else 0.1
+    return replace(model, forces=[*model.forces, fmb.Actuator("trim", joint="pendulum foot", effort=effort)])
+
+
+def per_step(model: fmb.Model, t_end: float) -> float:
+    """Return the CPU time per step, s."""
+    begun = time.process_time()
+    solution = fmb.simulate(model, t_end, samples=3, integrator=fmb.GeneralizedAlpha(step=STEP))
+    return (time.process_time() - begun) / solution.statistics["steps"]
+
+
+def arm_for_a_second(integrator) -> float:
+    """Return the CPU time that an arm with computed torques takes for a second of motion, s."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    from integrate.test_computed_torque import N, arm, torques
+
+    goal = 0.2 * np.cos(np.arange(N))
+    with fmb.stepper(arm(), integrator=integrator, t_end=2.0, keep=False) as run:
+        for k in range(1050):
+            if k == 50:
+                begun = time.process_time()
+            q, w = (np.array([run[f"{name}{i}"] for i in range(N)]) for name in "qw")
+            run.set({f"t{i}": float(x) for i, x in enumerate(torques(q, w[:, 1], goal))})
+            run.advance(to=1e-3 * (k + 1))
+        return time.process_time() - begun
+
+
+def main() -> None:
+    """Measure and print."""
+    without, controlled = station(False), station(True)
+    for model in (without, controlled):
+        per_step(model, 10 * STEP)  # compiles
+    times = np.array([[per_step(model, 0.5) for model in (without, controlled)] for _ in range(7)])
+    first, second = 1e6 * np.median(times, axis=0)
+    more = np.median(times[:, 1] / times[:, 0]) - 1.0
+    print(f"flap station {first:.0f} us a step, with 20 blocks {second:.0f} us, {more:.0%} more (medians of 7)")
+    for integrator in (fmb.GeneralizedAlpha(step=1e-3), fmb.GeneralizedAlpha(), fmb.Explicit()):
+        print(f"arm of ten links, 1 s at 1 kHz, {integrator!r}: {arm_for_a_second(integrator):.2f} s")
+
+
+if __name__ == "__main__":
+    main()
