@@ -4,7 +4,9 @@ Rows are grouped in blocks (the freedoms of a body, the multipliers of a joint);
 columns, stored as contiguous segments, and which block changes which columns of which is listed beforehand, so the
 inner loops run over contiguous memory. There is no pivoting: the order
 (system room, `pattern`) puts a body before its multipliers, which keeps every pivot away from zero; a vanishing pivot
-is reported with its row. Source of the row-wise form: Davis, Direct Methods for Sparse Linear Systems, 2006, ch. 6.
+is reported with its row. The place of a pivot holds its reciprocal afterwards: the factors are all in S, and matrices
+of one pattern do not touch each other's. Source of the row-wise form: Davis, Direct Methods for Sparse Linear Systems,
+2006, ch. 6.
 """
 
 from __future__ import annotations
@@ -33,9 +35,9 @@ def _eliminate(S, p, s, base, n, width):
             x = S[left + k]
             if x == 0.0:
                 continue
-            f = x * p.inverse[first + k]
-            S[left + k] = f
             pivot_row = start + k * stride
+            f = x * S[pivot_row + own + k]
+            S[left + k] = f
             for t in range(k + 1, m):
                 S[left + t] -= f * S[pivot_row + own + t]
             for r in range(p.run_start[s], p.run_start[s + 1]):
@@ -52,9 +54,9 @@ def _eliminate_six(S, p, s, base, n, width):
     start = p.row_start[first]
     stride = p.row_start[first + 1] - start
     own = start + p.own[block]
-    g = p.inverse[first : first + 6]
     u0, u1, u2 = S[own : own + 6], S[own + stride :][:6], S[own + 2 * stride :][:6]
-    u3, u4 = S[own + 3 * stride :][:6], S[own + 4 * stride :][:6]
+    u3, u4, u5 = S[own + 3 * stride :][:6], S[own + 4 * stride :][:6], S[own + 5 * stride :][:6]
+    g0, g1, g2, g3, g4, g5 = u0[0], u1[1], u2[2], u3[3], u4[4], u5[5]
     for r in range(p.run_start[s], p.run_start[s + 1]):
         m, at = p.run_length[r], start + p.run_from[r]
         a, b, c = S[at : at + m], S[at + stride :][:m], S[at + 2 * stride :][:m]
@@ -63,12 +65,12 @@ def _eliminate_six(S, p, s, base, n, width):
             row = base + i * width
             x = S[row + p.at[s] :][:6]
             if r == p.run_start[s]:
-                x[0] *= g[0]
-                x[1] = (x[1] - x[0] * u0[1]) * g[1]
-                x[2] = (x[2] - x[0] * u0[2] - x[1] * u1[2]) * g[2]
-                x[3] = (x[3] - x[0] * u0[3] - x[1] * u1[3] - x[2] * u2[3]) * g[3]
-                x[4] = (x[4] - x[0] * u0[4] - x[1] * u1[4] - x[2] * u2[4] - x[3] * u3[4]) * g[4]
-                x[5] = (x[5] - x[0] * u0[5] - x[1] * u1[5] - x[2] * u2[5] - x[3] * u3[5] - x[4] * u4[5]) * g[5]
+                x[0] *= g0
+                x[1] = (x[1] - x[0] * u0[1]) * g1
+                x[2] = (x[2] - x[0] * u0[2] - x[1] * u1[2]) * g2
+                x[3] = (x[3] - x[0] * u0[3] - x[1] * u1[3] - x[2] * u2[3]) * g3
+                x[4] = (x[4] - x[0] * u0[4] - x[1] * u1[4] - x[2] * u2[4] - x[3] * u3[4]) * g4
+                x[5] = (x[5] - x[0] * u0[5] - x[1] * u1[5] - x[2] * u2[5] - x[3] * u3[5] - x[4] * u4[5]) * g5
             f0, f1, f2, f3, f4, f5 = x[0], x[1], x[2], x[3], x[4], x[5]
             y = S[row + p.run_to[r] :][:m]
             for t in range(m):
@@ -78,38 +80,36 @@ def _eliminate_six(S, p, s, base, n, width):
 @inner_kernel
 def _factor_own(S, p, first, n, corner, width, columns):
     """Factorise the `n` rows of a block from its own columns on; return -1, or the row whose pivot vanishes."""
-    inverse = p.inverse[first : first + n]
     for i in range(n):
         row = S[corner + i * width :][:columns]
         k = 0
         while k + 1 < i:
             # two rows above at a time: each value of this row is loaded and stored half as often
             above, below = S[corner + k * width :][:columns], S[corner + (k + 1) * width :][:columns]
-            f = row[k] * inverse[k]
-            g = (row[k + 1] - f * above[k + 1]) * inverse[k + 1]
+            f = row[k] * above[k]
+            g = (row[k + 1] - f * above[k + 1]) * below[k + 1]
             row[k], row[k + 1] = f, g
             k += 2
             for t in range(k, columns):
                 row[t] -= f * above[t] + g * below[t]
         if k < i:
             above = S[corner + k * width :][:columns]
-            f = row[k] * inverse[k]
+            f = row[k] * above[k]
             row[k] = f
             for t in range(k + 1, columns):
                 row[t] -= f * above[t]
         pivot, made_of = row[i], p.scratch[first + i]
         for k in range(i):
-            made_of += row[k] * row[k] / abs(inverse[k])
-        if not abs(pivot) > VANISHING * min(made_of, p.scratch[len(p.inverse) + first + i]):
+            made_of += row[k] * row[k] / abs(S[corner + k * (width + 1)])
+        if not abs(pivot) > VANISHING * min(made_of, p.scratch[len(p.order) + first + i]):
             return first + i
-        inverse[i] = 1.0 / pivot
+        row[i] = 1.0 / pivot
     return -1
 
 
 @inner_kernel
 def _factor_six(S, p, first, corner, width, columns):
     """`_factor_own` for a block of six rows: every row at once by all rows above it."""
-    inverse = p.inverse[first : first + 6]
     r0, r1 = S[corner : corner + columns], S[corner + width :][:columns]
     r2, r3 = S[corner + 2 * width :][:columns], S[corner + 3 * width :][:columns]
     r4, r5 = S[corner + 4 * width :][:columns], S[corner + 5 * width :][:columns]
@@ -148,12 +148,12 @@ def _factor_six(S, p, first, corner, width, columns):
     r5[0], r5[1], r5[2], r5[3], r5[4] = a, b, c, d, e
     for t in range(5, columns):
         r5[t] -= (a * r0[t] + b * r1[t]) + (c * r2[t] + d * r3[t]) + e * r4[t]
-    inverse[0], inverse[1], inverse[2], inverse[3], inverse[4], inverse[5] = g0, g1, g2, g3, g4, 1.0 / r5[5]
+    r0[0], r1[1], r2[2], r3[3], r4[4], r5[5] = g0, g1, g2, g3, g4, 1.0 / r5[5]
     for i in range(6):
         made_of, row = p.scratch[first + i], S[corner + i * width :][:6]
         for k in range(i):
-            made_of += row[k] * row[k] / abs(inverse[k])
-        if not abs(inverse[i]) * VANISHING * min(made_of, p.scratch[len(p.inverse) + first + i]) < 1.0:
+            made_of += row[k] * row[k] / abs(S[corner + k * (width + 1)])
+        if not abs(row[i]) * VANISHING * min(made_of, p.scratch[len(p.order) + first + i]) < 1.0:
             return first + i
     return -1
 
@@ -165,7 +165,7 @@ def lu_factor(S, p):
     A pivot is the difference of the diagonal and of products L_ik U_ki. It vanishes if it is small beside its row, and
     no digits of these are left: masses, moments of inertia and gradients have different units, so that the row alone
     says little; nor do the products alone, which are large behind the pivots of equations that depend on each other.
-    The matrix is nearly symmetric but for signs, so that the products are about L_ik^2 / inverse_k.
+    The matrix is nearly symmetric but for signs, so that the products are about L_ik^2 U_kk.
     """
     for block in range(len(p.own)):
         first = p.block_start[block]
@@ -180,15 +180,17 @@ def lu_factor(S, p):
             for t in range(width):
                 largest = max(largest, abs(S[row + t]))
             p.scratch[first + i] = abs(S[row + own + i])
-            p.scratch[len(p.inverse) + first + i] = largest
+            p.scratch[len(p.order) + first + i] = largest
         for s in range(p.step_start[block], p.step_start[block + 1]):
             if p.block_start[p.source[s] + 1] - p.block_start[p.source[s]] == 6:
                 _eliminate_six(S, p, s, base, n, width)
             else:
                 _eliminate(S, p, s, base, n, width)
             earlier = p.block_start[p.source[s]]
+            stride = p.row_start[earlier + 1] - p.row_start[earlier]
+            corner = p.row_start[earlier] + p.own[p.source[s]]
             for k in range(p.block_start[p.source[s] + 1] - earlier):
-                pivot = 1.0 / abs(p.inverse[earlier + k])
+                pivot = 1.0 / abs(S[corner + k * (stride + 1)])
                 for i in range(n):
                     x = S[base + i * width + p.at[s] + k]
                     p.scratch[first + i] += x * x * pivot
@@ -260,26 +262,26 @@ def _lower_six(S, corner, width, x):
 
 
 @inner_kernel
-def _upper(S, corner, n, width, g, x):
-    """Solve U x = x in place with the triangle of n rows whose first number is S[corner]; g: reciprocal pivots."""
+def _upper(S, corner, n, width, x):
+    """Solve U x = x in place with the triangle of n rows whose first number is S[corner]."""
     for i in range(n - 1, -1, -1):
         row, total = S[corner + i * width :][:n], x[i]
         for k in range(i + 1, n):
             total -= row[k] * x[k]
-        x[i] = total * g[i]
+        x[i] = total * row[i]
 
 
 @inner_kernel
-def _upper_six(S, corner, width, g, x):
+def _upper_six(S, corner, width, x):
     """`_upper` for six rows."""
     a, b, c = S[corner : corner + 6], S[corner + width :][:6], S[corner + 2 * width :][:6]
-    d, e = S[corner + 3 * width :][:6], S[corner + 4 * width :][:6]
-    x5 = x[5] * g[5]
-    x4 = (x[4] - e[5] * x5) * g[4]
-    x3 = (x[3] - d[5] * x5 - d[4] * x4) * g[3]
-    x2 = (x[2] - c[5] * x5 - c[4] * x4 - c[3] * x3) * g[2]
-    x1 = (x[1] - b[5] * x5 - b[4] * x4 - b[3] * x3 - b[2] * x2) * g[1]
-    x0 = (x[0] - a[5] * x5 - a[4] * x4 - a[3] * x3 - a[2] * x2 - a[1] * x1) * g[0]
+    d, e, f = S[corner + 3 * width :][:6], S[corner + 4 * width :][:6], S[corner + 5 * width :][:6]
+    x5 = x[5] * f[5]
+    x4 = (x[4] - e[5] * x5) * e[4]
+    x3 = (x[3] - d[5] * x5 - d[4] * x4) * d[3]
+    x2 = (x[2] - c[5] * x5 - c[4] * x4 - c[3] * x3) * c[2]
+    x1 = (x[1] - b[5] * x5 - b[4] * x4 - b[3] * x3 - b[2] * x2) * b[1]
+    x0 = (x[0] - a[5] * x5 - a[4] * x4 - a[3] * x3 - a[2] * x2 - a[1] * x1) * a[0]
     x[0], x[1], x[2], x[3], x[4], x[5] = x0, x1, x2, x3, x4, x5
 
 
@@ -308,13 +310,13 @@ def _substitute(S, p, b):
                 if turn < blocks:
                     _lower_six(S, own, width, x)
                 else:
-                    _upper_six(S, own, width, p.inverse[first : first + n], x)
+                    _upper_six(S, own, width, x)
             else:
                 _products(S, p, start, stop, base, n, width, w, x)
                 if turn < blocks:
                     _lower(S, own, n, width, x)
                 else:
-                    _upper(S, own, n, width, p.inverse[first : first + n], x)
+                    _upper(S, own, n, width, x)
     for row in range(len(p.order)):
         b[p.order[row]] = w[row]
 

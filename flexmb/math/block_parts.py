@@ -102,7 +102,7 @@ def _substitute_blocks(S, p, blocks, b):
                 for t in range(p.length[s]):
                     total -= S[at + t] * w[p.column[s] + t]
                 at += p.length[s]
-            w[row] = total * p.inverse[row]
+            w[row] = total * S[own]
     for n in range(len(blocks)):
         for row in range(p.block_start[blocks[n]], p.block_start[blocks[n] + 1]):
             b[p.order[row]] = w[row]

@@ -19,7 +19,7 @@ NONE = np.zeros(0)
 
 @structure
 class BlockPattern(NamedTuple):
-    """The pattern of the factors, with the storage that belongs to them."""
+    """The pattern of the factors, with scratch space for one thread."""
 
     order: Integers
     """(n,) unknown at each place"""
@@ -53,10 +53,8 @@ class BlockPattern(NamedTuple):
     """(runs,) first column in the rows of the source"""
     run_length: Integers
     """(runs,)"""
-    inverse: Floats
-    """(n,) reciprocal pivots, written by `lu_factor`"""
     scratch: Floats
-    """(2 n,)"""
+    """(2 n,) nothing is kept there from one call to the next"""
     softness: Floats = NONE
     """(n,) or (0,): what was added to the diagonal to regularise dependent equations, in the natural order"""
 

@@ -122,7 +122,6 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
         own=np.array([offset[k][k] for k in range(len(order))], np.int64),
         own_segment=np.array([segment_start[k] + len(earlier[k]) for k in range(len(order))], np.int64),
         **_steps(later, earlier, sizes, offset),
-        inverse=np.zeros(first[-1]),
         scratch=np.zeros(2 * first[-1]),
     )
     begin = first.tolist()

@@ -250,5 +250,5 @@ _of_few, _of_many = lru_cache(maxsize=KEPT)(_made), lru_cache(maxsize=KEPT_OF_MA
 def sparsity(model, compiler, layout, constraints, markers):
     """Return the pattern of the factors, and the tables of equations, legs, pairs and all positions in the matrix."""
     pattern, tables = _found(structure_of(model, compiler, layout, constraints, markers))
-    own = pattern._replace(inverse=pattern.inverse.copy(), scratch=pattern.scratch.copy())
+    own = pattern._replace(scratch=pattern.scratch.copy())
     return own, {name: array.copy() if array.dtype.names else array for name, array in tables.items()}

@@ -229,9 +229,9 @@ class System:
         )
 
     def own_copy(self) -> System:
-        """Return the system with factor storage of its own, for use in another thread."""
+        """Return the system with scratch space of its own, for use in another thread."""
         pattern = self.program.pattern
-        pattern = pattern._replace(inverse=pattern.inverse.copy(), scratch=pattern.scratch.copy())
+        pattern = pattern._replace(scratch=pattern.scratch.copy())
         return replace(self, program=self.program._replace(pattern=pattern))
 
     def owner(self, unknown: int) -> str:

@@ -75,7 +75,8 @@ def test_check_and_run_tell_of_the_drawing(tmp_path, capsys):
     text = str(fmb.check(model))
     fmb.save_model(model, tmp_path / "m.toml", fmb.Simulation(t_end=0.1, samples=3))
     assert main(["run", str(tmp_path / "m.toml"), "--out", str(tmp_path / "run")]) == 0
-    for told in (text.lower(), capsys.readouterr().out.lower()):
+    printed = capsys.readouterr()
+    for told in (text.lower(), (printed.err + printed.out).lower()):
         assert "warning: joint 'hinge': as described it is open by 0.05 m" in told
         assert "warning: body 'rod': its velocity as described, (0, 5, 3) m/s" in told
         assert "note: nothing holds 'dust'" in told

@@ -206,7 +206,7 @@ def test_materials_of_a_mesh(material):
         assert "a material is given for the cell set 'nope', which does not exist" in text
         assert "sets with solid cells: conrod." in text
     else:
-        assert "Write flexmb.Material(young=210e9" in text
+        assert "Material(young=210e9, poisson=0.3, density=7850.0)" in text
 
 
 @pytest.mark.parametrize(

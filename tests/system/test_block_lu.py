@@ -56,6 +56,19 @@ def test_a_singular_matrix_reports_its_row(rng):
     assert lu_factor(work.S, system.program.pattern) == 0
 
 
+def test_matrices_of_one_pattern_keep_their_own_factors(rng):
+    """A second matrix, of other weights, is factorised between the two steps of solving with the first."""
+    system, work = matrix(connected("Cylindrical", "rigid-floating", rng))
+    pattern, other = system.program.pattern, work.S * rng.uniform(0.5, 2.0, len(work.S))
+    b = rng.normal(size=system.nu + system.ng)
+    assert lu_factor(work.S, pattern) == -1
+    first, again = b.copy(), b.copy()
+    lu_solve(work.S, pattern, first)
+    lu_factor(other, pattern)
+    lu_solve(work.S, pattern, again)
+    np.testing.assert_array_equal(again, first)
+
+
 @pytest.mark.parametrize("n", [10, 20, 40])
 def test_storage_of_a_chain_grows_linearly(n):
     """Bodies are eliminated before their multipliers, from both ends: 12 rows of at most 24 entries per link."""

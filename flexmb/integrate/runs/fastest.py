@@ -41,7 +41,7 @@ def fastest(integrator, system, work, variables, now: float) -> str:
 def unchanged(system, work) -> Iterator[None]:
     """Give the scratch arrays of a system back as they were, and the factors of its matrix, however the block ends."""
     pattern = system.program.pattern
-    arrays = (*work, pattern.inverse, pattern.scratch, pattern.softness)
+    arrays = (*work, pattern.scratch, pattern.softness)
     before = [array.copy() for array in arrays]
     try:
         yield

@@ -267,7 +267,7 @@ class SteppedPhase:
 
     def _scratch(self) -> list[np.ndarray]:
         pattern = self.system.program.pattern
-        return [*self.work, pattern.inverse, pattern.scratch, pattern.softness]
+        return [*self.work, pattern.scratch, pattern.softness]
 
     def _watched(self):
         return dict(self.watch.last), dict(self.watch.passed)
