@@ -143,3 +143,56 @@ def test_scratch_arrays_are_given_back_where_a_look_fails():
     with pytest.raises(ZeroDivisionError):
         look()
     assert work.residual.tolist() == before
+
+
+def held_cart(law, period=None):
+    """Return a cart on a rail, 0.1 m from where a controller wants it."""
+    place = fmb.JointCoordinate("x", joint="rail")
+    effort = fmb.formula(law, over={"x": place})
+    rail = fmb.Pose.axes(z=(1, 0, 0))
+    return fmb.Model(
+        bodies=[
+            fmb.Ground(markers={"m": rail}),
+            fmb.RigidBody("cart", mass=2.0, inertia=(1, 1, 1), at=(0.1, 0, 0), markers={"m": rail}),
+        ],
+        joints=[fmb.Prismatic("rail", markers=("ground.m", "cart.m"))],
+        forces=[
+            fmb.Actuator("motor", joint="rail", effort=fmb.Sampled(effort, period=period) if period else effort),
+            fmb.SpringDamper("rest", markers=("ground.m", "cart.m"), stiffness=1.0, damping=0.1, length=0.05),
+        ],
+        sensors=[place],
+    )
+
+
+METHODS = [fmb.GeneralizedAlpha(), fmb.Implicit(), fmb.IDA(), fmb.Explicit()]
+
+
+@pytest.mark.parametrize("integrator", METHODS, ids=lambda one: type(one).__name__)
+def test_a_gain_that_a_sampler_cannot_hold_is_named(integrator):
+    """-k x held for T is stable up to k T^2 / m of a few units; here it is 5."""
+    said = r"Body 'cart', .*, grows without bound: .*what follows measurements: Force 'motor';"
+    with pytest.raises(fmb.IntegrationError, match=said) as caught:
+        fmb.simulate(held_cart("-1e5*x", 0.01), 100.0, samples=1001, integrator=integrator)
+    assert "lower gains" in str(caught.value)
+    assert len(caught.value.solution.t) > 1
+
+
+@pytest.mark.parametrize("integrator", METHODS, ids=lambda one: type(one).__name__)
+def test_what_is_fed_back_with_the_wrong_sign_does_not_run_for_ever(integrator, monkeypatch):
+    """x'' = (w^2 + ...) x with w = 45 rad/s: in 100 s it would be e^4500."""
+    monkeypatch.setattr(pace, "SOON", 0.0)
+    monkeypatch.setattr(pace, "SLOW", 1.0)
+    with pytest.raises(fmb.IntegrationError, match=r"grows without bound: .*Force 'motor'"):
+        fmb.simulate(held_cart("4e3*x"), 100.0, samples=101, integrator=integrator)
+
+
+def test_what_is_only_quick_goes_on(monkeypatch):
+    """A body that has left its model by 1e7 lengths, at one speed, is no controller that fails."""
+    monkeypatch.setattr(pace, "SOON", 0.0)
+    monkeypatch.setattr(pace, "SLOW", 0.0)
+    monkeypatch.setattr(pace, "FEW", 0)
+    stone = fmb.PointMass("stone", mass=2.0, velocity=(1e7, 0, 0))
+    push = fmb.PointLoad("push", marker="stone.center", force=(-1e-9 * fmb.measured("v"), 0, 0))
+    model = fmb.Model(bodies=[fmb.Ground(), stone], forces=[push], sensors=[fmb.Velocity("v", marker="stone.center")])
+    run = fmb.simulate(model, 10.0, samples=11, integrator=fmb.GeneralizedAlpha(step=1e-3))
+    assert run.status.ok

@@ -21,6 +21,8 @@ WINDOW, STEPS = 10.0, 10_000
 """A run ends if in so many seconds of work and so many steps it does not come as far as to need less than a year."""
 FIRST, FEW, LONG = 4.0, 20, 600.0
 """After so many seconds of work and so many steps it is told when more than so many seconds are left."""
+SOON, SLOW = 1.0, 60.0
+"""After so many seconds of work, when more than so many are left, it is looked whether a motion grows without bound."""
 WORSE = 10.0
 """It is told once more when the end is so many times farther away."""
 REMEDY = "Look at the end time (s) and at stiffness, mass and loads: are all in SI units?"
@@ -75,6 +77,11 @@ class Pace:
     def hopeless(self) -> bool:
         """Will it take years?"""
         return self._known(WINDOW, STEPS) and self.left > YEAR
+
+    @property
+    def slow(self) -> bool:
+        """Is so much left that a motion without bound would be its cause?"""
+        return self._known(SOON, FEW) and self.left > SLOW
 
     def long(self) -> bool:
         """Is it to be told that much is left? Once, and again when it has become much more."""

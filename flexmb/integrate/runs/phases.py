@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time
-import warnings
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
-from flexmb.errors import CompileError, IntegrationError, ModelError, SlowRunWarning
+from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.added_error import started_again, tell_of
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after
@@ -17,15 +16,14 @@ from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.energy_watch import EnergyWatch
-from flexmb.integrate.runs.fastest import fastest, unchanged
+from flexmb.integrate.runs.fastest import unchanged
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.runs.marks import SAME, marks_to
 from flexmb.integrate.runs.memory import may_stop, memory_of, remember_again, rounding
-from flexmb.integrate.runs.pace import REMEDY as REMEDY_OF_PACE
-from flexmb.integrate.runs.pace import Pace
+from flexmb.integrate.runs.outlook import Outlook
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.reasons import failed_with, missed_times
 from flexmb.integrate.runs.record import Recorder, joined_rows
@@ -93,7 +91,7 @@ class Phases:
         self.interruption = Interruption(time_limit)
         self.passed: dict[str, float] = {}
         self.happened: list[tuple[str, float]] = []
-        self.pace = Pace(float(times[0]), float(times[-1]))
+        self.outlook = Outlook(float(times[0]), float(times[-1]))
 
     def run(self, model: Model, assembled: tuple[System, State], works=None, goes_on=None) -> Status:
         """Run all phases and return how the run ended.
@@ -197,7 +195,7 @@ class Phases:
             start = consistent_start(system, system.state(start.t, q, start.u), work)
         self._start(system, start, work)
         self.energy = EnergyWatch(system, system.workspace())
-        self.pace.new_phase()
+        self.outlook.new_phase()
         self.gradients = Gradients(system)
         watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
@@ -254,7 +252,8 @@ class Phases:
                     q, u = (start.q, start.u) if known is None else (known["q"][-1], known["u"][-1])
                     begin = self.t if known is None else float(known["t"][-1])
                     goal = float(next((t for t in self.times if t > begin), self.times[-1]))
-                    return failed_with(model, outcome, unknown_value(system, q, u, begin, goal))
+                    gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
+                    return failed_with(model, outcome, unknown_value(system, q, u, begin, goal), gone)
                 if len(rows["t"]):
                     last_row, first = _row(rows, -1), first + len(rows["t"])
                     self.t = float(marks[first - 1])
@@ -265,8 +264,8 @@ class Phases:
                     self._hold(now, last_row if watch.events else None, system, work, works)
                     if first < len(marks) or due is not None:  # what is complete is not cut off
                         self.interruption.look()
-                if hopeless := self._hopeless(now, system, work):
-                    return hopeless
+                if early := self.outlook.look(self.integrator, system, work, self.variables, now, self.validity):
+                    return early
                 block = self._next_block(block, time.perf_counter() - clock, len(marks))
         except KeyboardInterrupt:
             if not self.recorder.phases and not self.recorder.rows:
@@ -295,22 +294,6 @@ class Phases:
             self.validity.note(self.energy.notes(steps))
         self.validity.tell([*self._divided(), *sentences_about(self.jumps), *self.validity.creeps()])
         tell_of(self.integrator, system, self.variables, self.statistics, self.validity)
-
-    def _hopeless(self, now: float, system, work) -> Status | None:
-        """Return a failure if the run would take years, as of an end time in milliseconds or a stiffness in N/mm; tell
-        if it takes long.
-        """
-        self.pace.look(now, self.integrator.statistics(self.variables))
-        if self.pace.hopeless:
-            worst = fastest(self.integrator, system, work, self.variables, now)
-            return Status.failed(f"{self.pace.sentence()}{worst}", REMEDY_OF_PACE)
-        if self.pace.long():
-            worst = fastest(self.integrator, system, work, self.variables, now)
-            where = f"Model '{system.model.name}', {type(self.integrator).__name__}"
-            sentence = f"{where}: {self.pace.sentence()}{worst}. Ctrl-C keeps what is computed."
-            warnings.warn(sentence, SlowRunWarning, stacklevel=2)
-            self.validity.note([sentence])
-        return None
 
     def _hold(self, now: float, row, system, work, works) -> None:
         """Keep the state that has been reached, and what the integrator knows: now and then while no samples come, and
@@ -355,7 +338,7 @@ class Phases:
         u = self._over_jump(system, work, q, before["u"][-1], t, left)
         state = consistent_start(system, system.state(t, q, u), work)
         self._start(system, state, work)
-        self.pace.new_phase()
+        self.outlook.new_phase()
         return before["works"][-1], before
 
     def _over_jump(self, system, work, q: np.ndarray, u: np.ndarray, t: float, left: float) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.integrate.runs.runaway import REMEDY as REMEDY_OF_RUNAWAY
 from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
 from flexmb.model.model import Model
 from flexmb.results import Status
@@ -24,15 +25,17 @@ def missed_times(system, times: np.ndarray) -> list[str]:
     ]
 
 
-def failed_with(model: Model, outcome, unknown: str | None) -> Status:
+def failed_with(model: Model, outcome, unknown: str | None, gone: str | None = None) -> Status:
     """Return how the run ended; an error in the function of a force is the cause and comes first.
 
-    A force or drive without a value explains the failure too.
+    A force or drive without a value explains the failure too, and a motion that has grown without bound.
     """
     parts = [part for part in (*model.forces, *model.joints) if hasattr(part, "complaint")]
     told = [f"{part.title}: {part.complaint()}" for part in parts if part.complaint()]
     if not told and unknown:
         return Status.failed(f"{unknown}; {outcome.failure}", REMEDY_OF_VALUES)
+    if not told and gone:
+        return Status.failed(f"{gone}; {outcome.failure}", REMEDY_OF_RUNAWAY)
     if not told:
         return Status.failed(outcome.failure, outcome.remedy)
     return Status.failed(f"{'; '.join(told)}; {outcome.failure}", "Correct the function of the force")
