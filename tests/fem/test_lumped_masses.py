@@ -46,3 +46,27 @@ def test_masses_of_shells_and_rods_are_points(tmp_path):
     path = tmp_path / "part.bdf"
     consistent = fem.read_deck(path, show=False, lumped=False)
     assert consistent.M.diagonal()[consistent.dofs[:, 1] >= 3].max() > 0.0
+
+
+@pytest.mark.parametrize("card", ["CBEAM", "CBAR"])
+def test_lumped_masses_beside_the_line_of_nodes(tmp_path, card):
+    """Points of half the mass lie at the area centre, those of the non-structural mass at their own.
+
+    Of the first moments only those about the beam's line were kept: the centre of mass was half wrong.
+    """
+    area, i1, i2, density, extra, length = 2e-3, 3e-6, 1e-6, 7850.0, 4.0, 1.6
+    own, other = (0.03, -0.05), (-0.2, 0.1)  # along the local y (here z) and z (here -y)
+    values = f"{area},{i1},{i2},0.,1.-6,{extra},+\n+,,,,,,,,,+\n+,YES,1.,,,,,,,+\n+,,,,,,,,,+\n+,,,,,,,,,+\n"
+    values += f"+,{other[0]},{other[1]},,,{own[0]},{own[1]}"
+    rows = ["GRID,1,,0.,0.,0.", f"GRID,2,,{length},0.,0.", f"{card},1,1,1,2,0.,0.,1.", f"PBEAM,1,1,{values}"]
+    fe = read(tmp_path, [*rows, f"MAT1,1,2.+11,,.3,{density}"])
+    expected = np.zeros((6, 6))
+    for mass, (y, z) in ((density * area, own), (extra, other)):
+        for x in (0.0, length):
+            place = np.array([x, -z, y])
+            motion = np.hstack([np.eye(3), np.cross(np.eye(3), place).T])
+            expected += 0.5 * length * mass * motion.T @ motion
+    if card == "CBEAM":
+        expected[3, 3] += density * (i1 + i2) * length
+    full = fe.rigid_motions()
+    np.testing.assert_allclose(full.T @ (fe.M @ full), expected, atol=1e-12 * expected.max())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -172,8 +171,9 @@ def beam_blocks(deck: Deck, points: np.ndarray, part: str) -> tuple[np.ndarray, 
             count += len(new)
             links += _ends(arms, part)
         every = np.vstack(grown)
-        block = beam_block(f"{part}, {group.group}", every, nodes, group.sections, group.material, group.y_axis)
-        blocks.append((replace(block, point_masses=group.point_masses), group.labels))
+        who, lumped = f"{part}, {group.group}", group.point_masses
+        block = beam_block(who, every, nodes, group.sections, group.material, group.y_axis, lumped)
+        blocks.append((block, group.labels))
     return np.vstack(grown), blocks, links
 
 

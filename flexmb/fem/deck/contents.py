@@ -122,7 +122,7 @@ class Beams:
     """Beams of one material: nodes (ne, 2), a pair of sections each, y-axis (ne, 3), offsets of the ends (ne, 2, 3).
 
     released holds, per beam, two sets of local directions (0..5) that its ends do not pass on; point_masses says which
-    rotary inertia lumped masses lack (`FrameBlock`).
+    rotary inertia lumped masses lack (`beam_block`).
     """
 
     nodes: np.ndarray

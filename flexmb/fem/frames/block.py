@@ -58,8 +58,6 @@ class FrameBlock:
     bending : function of the fraction of the length -> (ne or 1, 3, 6)
         ``sigma_xx = (1, y, z) @ bending @ section forces``, y and z from the line of nodes, 1/m2, 1/m3.
     number_of_nodes : int
-    point_masses : str
-        Lumped masses without rotary inertia "all", or with that about the beam's line "but torsion"; "" with both.
     """
 
     connectivity: np.ndarray
@@ -70,7 +68,6 @@ class FrameBlock:
     number_of_nodes: int
     cell_type: str = "line"
     modulus: float = 0.0  # no nodal stress
-    point_masses: str = ""
 
     def part(self, chosen: np.ndarray, nodes: np.ndarray, number: np.ndarray) -> FrameBlock:
         """Return the chosen beams (mask) on the given nodes (old numbers); `number` (n,) are the new ones."""
@@ -87,10 +84,6 @@ class FrameBlock:
     def matrices(self, dofs: np.ndarray, lumped: bool) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """Return K and M (ndof, ndof) of these beams, in the freedoms `dofs`."""
         mass = self.elements.lumped_mass() if lumped else self.elements.consistent_mass()
-        if lumped and self.point_masses:
-            rotations = np.arange(12) % 6 >= (3 if self.point_masses == "all" else 4)
-            mass[:, rotations] = 0.0
-            mass[:, :, rotations] = 0.0
         stiffness, mass = (
             summed(rotated(local, self.axes), self.connectivity, dofs, self.number_of_nodes)
             for local in (self.elements.stiffness(), mass)

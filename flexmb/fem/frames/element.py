@@ -49,17 +49,18 @@ def section_flexibility(section: Section, material: Material, shear: bool) -> np
     return inverse @ centred @ inverse.T
 
 
-def section_mass(section: Section, material: Material, rotary_inertia: bool) -> np.ndarray:
+def section_mass(section: Section, material: Material, rotary_inertia: bool, polar: bool = True) -> np.ndarray:
     """Return the section mass (6, 6) per length, kg/m, kg and kg m, for the motion of the line of nodes.
 
-    The polar inertia (torsion) is always there; `rotary_inertia` adds the bending rotations rho I_y, rho I_z.
+    The polar inertia (torsion) is there unless `polar` is False; `rotary_inertia` adds the bending rotations rho I_y,
+    rho I_z. Without both it is the mass of the points at which the section's masses have their centres.
     The section's `line_mass` has no rotary inertia of its own.
     """
     y, z = section.mass_center
     arm = np.array([[0.0, -z, y], [z, 0.0, 0.0], [-y, 0.0, 0.0]])
     mass = material.density * section.area
     own = np.zeros((3, 3))
-    own[0, 0] = section.polar_inertia
+    own[0, 0] = section.polar_inertia if polar else 0.0
     if rotary_inertia:
         own[1, 1], own[2, 2] = section.inertia_y, section.inertia_z
         own[1, 2] = own[2, 1] = -section.product_yz
@@ -96,10 +97,13 @@ class FrameElements:
     lengths : (ne,), m
     flexibility : table of section flexibilities
     mass : table of section masses
+    points : table of section masses or None
+        Those that lumped masses take, without rotary inertia of their own; None: `mass`.
     """
 
-    def __init__(self, lengths: np.ndarray, flexibility: Table, mass: Table):
+    def __init__(self, lengths: np.ndarray, flexibility: Table, mass: Table, points: Table | None = None):
         self.lengths, self.flexibility, self.mass = np.asarray(lengths, float), flexibility, mass
+        self.points = points
         arm = transport(self.lengths)
         self.incidence = np.concatenate([-arm, np.broadcast_to(np.eye(6), arm.shape)], axis=2)
         total = self._deflection(1.0)
@@ -109,8 +113,9 @@ class FrameElements:
 
     def part(self, chosen: np.ndarray) -> FrameElements:
         """Return the chosen beams (mask)."""
+        points = None if self.points is None else chosen_rows(self.points, chosen)
         return FrameElements(
-            self.lengths[chosen], chosen_rows(self.flexibility, chosen), chosen_rows(self.mass, chosen)
+            self.lengths[chosen], chosen_rows(self.flexibility, chosen), chosen_rows(self.mass, chosen), points
         )
 
     def stiffness(self) -> np.ndarray:
@@ -130,12 +135,16 @@ class FrameElements:
         """Return block-diagonal local mass matrices (ne, 12, 12).
 
         Half the section masses at each node; the bending rotations get the rho A L^3 / 78 of Hinton, Rock &
-        Zienkiewicz (Earthq. Eng. Struct. Dyn. 4 (1976) 245-249), so that the matrix is positive definite.
+        Zienkiewicz (Earthq. Eng. Struct. Dyn. 4 (1976) 245-249), so that the matrix is positive definite. With `points`
+        they have no more than the masses beside the line of nodes.
         """
         matrix = np.zeros((len(self.lengths), 12, 12))
         for node, fraction in enumerate((0.25, 0.75)):
-            section, rows = self.mass(fraction), slice(6 * node, 6 * node + 6)
+            section = (self.points or self.mass)(fraction)
+            rows = slice(6 * node, 6 * node + 6)
             matrix[:, rows, rows] = 0.5 * self.lengths[:, None, None] * section
+            if self.points is not None:
+                continue
             rotation = section[:, 0, 0] * self.lengths**3 / 78.0
             matrix[:, 6 * node + 4, 6 * node + 4] += rotation
             matrix[:, 6 * node + 5, 6 * node + 5] += rotation

@@ -115,10 +115,15 @@ def beam_block(
     pairs: list[tuple[Section, Section]],
     material: Material,
     orientation: np.ndarray,
+    point_masses: str = "",
 ) -> FrameBlock:
-    """Return beams between nodes (n, 3) with the sections of their two ends and y-axes (ne, 3), by themselves."""
+    """Return beams between nodes (n, 3) with the sections of their two ends and y-axes (ne, 3), by themselves.
+
+    Their lumped masses have rotary inertia, or with `point_masses` none of their own ("all"), or that about the beam's
+    line alone ("but torsion").
+    """
     axes, lengths = _axes(part, nodes, lines, orientation)
-    return _block(pairs, material, lines, axes, lengths, len(nodes), True, True)
+    return _block(pairs, material, lines, axes, lengths, len(nodes), True, True, point_masses)
 
 
 def wagner_row(section: Section) -> np.ndarray:
@@ -229,11 +234,15 @@ def _axes(part, nodes, lines, orientation):
     return np.stack([x, y, np.cross(x, y)], axis=1), lengths
 
 
-def _block(pairs, material, lines, axes, lengths, count, shear, rotary_inertia) -> FrameBlock:
+def _block(
+    pairs, material, lines, axes, lengths, count, shear, rotary_inertia, point_masses: str = ""
+) -> FrameBlock:
+    polar = point_masses != "all"
     elements = FrameElements(
         lengths,
         _table(pairs, lambda s: section_flexibility(s, material, shear)),
         _table(pairs, lambda s: section_mass(s, material, rotary_inertia)),
+        _table(pairs, lambda s: section_mass(s, material, False, polar)) if point_masses else None,
     )
     return FrameBlock(
         connectivity=lines,
