@@ -426,12 +426,19 @@ def test_distributing_coupling_of_an_element_takes_its_weights(tmp_path):
 
 
 def test_nodal_thickness(tmp_path):
-    """One shell of 1 m2 whose nodes are 10, 10, 30 and 30 mm thick weighs as one of 20 mm."""
+    """One shell of 1 m2, 10, 10, 30 and 30 mm thick at its nodes, weighs as one of 20 mm if its section asks for it.
+
+    CalculiX passes over the thicknesses otherwise; they were taken.
+    """
     text = (
         "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n*ELEMENT, TYPE=S4, ELSET=ALL\n1, 1, 2, 3, 4\n"
-        f"{STEEL}*SHELL SECTION, ELSET=ALL, MATERIAL=STEEL\n0.01\n*NODAL THICKNESS\n3, 0.03\n4, 0.03\n"
+        f"{STEEL}*SHELL SECTION, ELSET=ALL, MATERIAL=STEEL, NODAL THICKNESS\n0.01\n"
+        "*NODAL THICKNESS\n3, 0.03\n4, 0.03\n"
     )
     assert mass_and_center(read(tmp_path, text))[0] == pytest.approx(7850 * 0.02)
+    other = read(tmp_path, text.replace(", NODAL THICKNESS\n0.01", "\n0.01"))
+    assert mass_and_center(other)[0] == pytest.approx(7850 * 0.01)
+    assert any("NODAL THICKNESS" in words for words in other.source["left_out"])
 
 
 @pytest.mark.filterwarnings("default::flexmb.fem.meshes.mesh.MeshWarning")

@@ -12,7 +12,7 @@ from flexmb.fem.deck.abaqus_links import add_abaqus_links, add_boundary
 from flexmb.fem.deck.abaqus_lumped import add_abaqus_lumped
 from flexmb.fem.deck.abaqus_materials import Materials
 from flexmb.fem.deck.abaqus_model import Flat, flattened_deck
-from flexmb.fem.deck.abaqus_parameters import tell_parameters
+from flexmb.fem.deck.abaqus_parameters import MESH, tell_parameters
 from flexmb.fem.deck.abaqus_sections import add_sections
 from flexmb.fem.deck.abaqus_surfaces import facets, surface_nodes
 from flexmb.fem.deck.abaqus_text import read_blocks
@@ -27,7 +27,8 @@ ON_AXIS = 1e-9
 def read_abaqus_deck(path: Path) -> Deck:
     """Read an Abaqus or CalculiX deck; MeshError with file, line and keyword for whatever cannot be read."""
     part = f"Deck '{path}'"
-    flat = flattened_deck(read_blocks(path), part)
+    blocks = read_blocks(path)
+    flat = flattened_deck(blocks, part)
     instances, instance_of = _instances(flat)
     deck = Deck(
         name=path.stem,
@@ -39,6 +40,9 @@ def read_abaqus_deck(path: Path) -> Deck:
     )
     deck.inventory.read["*NODE"] = len(flat.points)
     deck.inventory.left_out.update(flat.skipped)
+    for block in blocks:
+        if block.name in MESH:
+            tell_parameters(block, deck.inventory)
     materials = Materials(flat, deck)
     steps = _model_data(flat, deck)
     frames = _frames(flat, deck)
@@ -103,6 +107,8 @@ def _model_data(flat: Flat, deck: Deck) -> list:
         elif inside:
             if steps == 1:
                 first.append((block, scope))
+                if block.name == "BOUNDARY":
+                    tell_parameters(block, deck.inventory)
         else:
             kept.append((block, scope))
             told(block.name, deck.inventory)

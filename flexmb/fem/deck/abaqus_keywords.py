@@ -5,7 +5,7 @@ from __future__ import annotations
 from flexmb.errors import did_you_mean
 from flexmb.fem.deck.contents import Inventory
 
-__all__ = ["told"]
+__all__ = ["taken", "told"]
 
 READ = frozenset(
     (
@@ -41,9 +41,18 @@ LEFT_OUT = frozenset(
         "MATRIX INPUT",
         "NORMAL",
         "BEAM SECTION OFFSET",
+        "CONTACT",
+        "CONTACT PAIR",
+        "DAMPING",
+        "IMPERFECTION",
     )
 )
 """Keywords that change the structure and have no counterpart here: a message names them."""
+REASONS = {
+    "CONTACT": ": what touches is not joined",
+    "CONTACT PAIR": ": what touches is not joined",
+    "DAMPING": " of a material: give the body its damping",
+}
 
 NOT_NEEDED = frozenset(
     (
@@ -52,22 +61,27 @@ NOT_NEEDED = frozenset(
         *("DISTRIBUTION TABLE", "ELEMENT OUTPUT", "NODE OUTPUT", "OUTPUT", "NODE FILE", "EL FILE", "NODE PRINT"),
         *("EL PRINT", "CONTACT FILE", "CONTACT PRINT", "HOURGLASS STIFFNESS", "SECTION CONTROLS"),
         "SECTION POINTS",
-        *("CONTACT", "CONTACT PAIR", "CONTACT INCLUSIONS", "CONTACT EXCLUSIONS", "CONTACT PROPERTY ASSIGNMENT"),
+        *("CONTACT INCLUSIONS", "CONTACT EXCLUSIONS", "CONTACT PROPERTY ASSIGNMENT"),
         *("CONTACT INITIALIZATION DATA", "CONTACT INITIALIZATION ASSIGNMENT", "CONTACT CONTROLS", "CONTACT DAMPING"),
         *("CONTACT FORMULATION", "SURFACE PROPERTY ASSIGNMENT", "CLEARANCE", "SURFACE INTERACTION"),
         *("SURFACE BEHAVIOR", "FRICTION", "GAP CONDUCTANCE", "GAP HEAT GENERATION", "COHESIVE BEHAVIOR"),
         *("EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "LATENT HEAT", "INELASTIC HEAT FRACTION", "PLASTIC"),
-        *("HYPERELASTIC", "HYPERFOAM", "DAMPING", "DEPVAR", "USER MATERIAL", "USER OUTPUT VARIABLES", "CREEP"),
+        *("HYPERELASTIC", "HYPERFOAM", "DEPVAR", "USER MATERIAL", "USER OUTPUT VARIABLES", "CREEP"),
         *("CYCLIC HARDENING", "RATE DEPENDENT", "VISCOELASTIC", "DEFORMATION PLASTICITY", "POTENTIAL"),
         *("DAMAGE INITIATION", "DAMAGE EVOLUTION", "DAMAGE STABILIZATION", "FAIL STRESS", "FAIL STRAIN", "TRS"),
         *("CONCRETE DAMAGED PLASTICITY", "CONCRETE COMPRESSION HARDENING", "CONCRETE TENSION STIFFENING"),
         *("CAST IRON PLASTICITY", "DRUCKER PRAGER", "DRUCKER PRAGER HARDENING", "MOHR COULOMB", "CRUSHABLE FOAM"),
         *("MOHR COULOMB HARDENING", "CRUSHABLE FOAM HARDENING", "ELECTRICAL CONDUCTIVITY", "PERMEABILITY"),
         *("FLUID CONSTANTS", "SPECIFIC GAS CONSTANT", "EMISSIVITY", "CFLUX", "DFLUX", "FILM", "RADIATE"),
-        *("IMPERFECTION", "INTEGRATED OUTPUT SECTION", "NO COMPRESSION", "NO TENSION", "ANNEAL TEMPERATURE"),
+        *("INTEGRATED OUTPUT SECTION", "NO COMPRESSION", "NO TENSION", "ANNEAL TEMPERATURE"),
     )
 )
 """Keywords of what a linear structure has no part in: results, contact, heat, and materials beyond the elastic."""
+
+
+def taken(name: str) -> bool:
+    """Whether the data lines of a keyword are read."""
+    return name not in LEFT_OUT and name not in NOT_NEEDED
 
 
 def told(name: str, inventory: Inventory) -> None:
@@ -78,7 +92,7 @@ def told(name: str, inventory: Inventory) -> None:
         inventory.unused[f"*{name}"] += 1
         return
     if name in LEFT_OUT:
-        inventory.left_out[f"*{name}"] += 1
+        inventory.left_out[f"*{name}{REASONS.get(name, '')}"] += 1
         return
     near = did_you_mean(name, sorted(READ | LEFT_OUT | NOT_NEEDED))
     inventory.left_out[f"*{name}, a keyword that is not known{': ' + near if near else ''}"] += 1

@@ -75,27 +75,26 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
     if not rows:
         raise block.wrong("no data line", "the dimensions of the section")
     if general and shape == "GENERAL":
-        area, i11, i12, i22, j = block.reals(rows[0], 5, 0.0)
+        area, i11, i12, i22, j, *sectorial = block.reals(rows[0], 7, 0.0)
+        if any(sectorial):
+            deck.inventory.left_out["*BEAM GENERAL SECTION: sectorial moment and warping constant"] += 1
         if not area > 0.0 or i11 <= 0.0 or i22 <= 0.0 or j < 0.0:
             raise block.wrong(f"A = {area:g}, I11 = {i11:g}, I22 = {i22:g}, J = {j:g}", "positive constants")
         section = Section.values(area, i11, i22, j or 1e-9 * (i11 + i22), 1e6, 1e6, product_yz=-i12)
-        young, shear = (*block.reals(rows[2], 2, 0.0),) if len(rows) > 2 else (0.0, 0.0)
-        density = block.reals([block.parameters.get("DENSITY", "0") or "0"], 1)[0]
-        name = "general"
-        if "MATERIAL" in block.parameters:
-            elastic = materials.get(block)
-            young, poisson, density, name = elastic.young, elastic.poisson, elastic.density, elastic.name
-        else:
-            poisson = young / (2.0 * shear) - 1.0 if shear > 0.0 else 0.0
-            if density == 0.0:
-                deck.inventory.weightless.add(f"*BEAM GENERAL SECTION of {block.parameters.get('ELSET', '')}")
     else:
         section = _section(shape, block, block.reals([w for w in rows[0] if w]))
+    if general and "MATERIAL" not in block.parameters:
+        young, shear = block.reals(rows[2], 2, 0.0) if len(rows) > 2 else (0.0, 0.0)
+        density = block.reals([block.parameters.get("DENSITY", "0") or "0"], 1)[0]
+        name, poisson = "general", young / (2.0 * shear) - 1.0 if shear > 0.0 else 0.0
+        if density == 0.0:
+            deck.inventory.weightless.add(f"*BEAM GENERAL SECTION of {block.parameters.get('ELSET', '')}")
+    else:
         elastic = materials.get(block)
         young, poisson, density, name = elastic.young, elastic.poisson, elastic.density, elastic.name
     if not young > 0.0 or not -1.0 < poisson < 0.5:
         raise block.wrong(f"E = {young:g}, nu = {poisson:g}", "an isotropic material")
-    section = _sheared(block, flat, section, young / (2.0 + 2.0 * poisson))
+    section = _sheared(block, flat, section, young / (2.0 + 2.0 * poisson), deck)
     center = _center(shape, block, flat, rows[0], deck)
     # a section given by its constants has its shear centre at the nodes where no keyword places it
     shear_center = _pair(flat, block, "SHEAR CENTER") if shape == "GENERAL" else center
@@ -146,12 +145,14 @@ def _has_sides(section: Section) -> bool:
     return uneven or section.area_center != (0.0, 0.0)
 
 
-def _sheared(block: Block, flat: Flat, section: Section, modulus: float) -> Section:
+def _sheared(block: Block, flat: Flat, section: Section, modulus: float, deck: Deck) -> Section:
     """Return a section with the K23, K13 of *TRANSVERSE SHEAR STIFFNESS, along 2 and 1; one counts for both."""
     given = following(flat, block, "TRANSVERSE SHEAR STIFFNESS")
     if given is None:
         return section
     second, first = given.reals(given.rows()[0][:2] if given.rows() else [], 2, 0.0)
+    if given.rows() and any(given.rows()[0][2:3]):
+        deck.inventory.left_out["*TRANSVERSE SHEAR STIFFNESS: compensation of slenderness of a beam"] += 1
     first, second = first or second, second or first
     if not (first > 0.0 and second > 0.0):
         raise given.wrong(f"K23, K13 = {second:g}, {first:g}", "stiffnesses above zero")

@@ -329,9 +329,10 @@ def _tie(block: Block, scope: str, flat: Flat, deck: Deck) -> None:
 def add_boundary(flat: Flat, deck: Deck, frames: Frames, steps: list[tuple[Block, str]]) -> None:
     """Keep the supports of the model and of the first step as "boundary"."""
     held: dict[int, set[int]] = {}
-    for block, scope in [*flat.blocks, *steps]:
-        if block.name != "BOUNDARY":
-            continue
+    given = [(block, scope) for block, scope in steps if block.name == "BOUNDARY"]
+    if not any(block.parameters.get("OP", "").upper() == "NEW" for block, _ in given):  # else the step begins anew
+        given = [(block, scope) for block, scope in flat.blocks if block.name == "BOUNDARY"] + given
+    for block, scope in given:
         for row in block.rows():
             nodes = flat.nodes_of(row[0], scope, block)
             word = row[1].upper() if len(row) > 1 else ""

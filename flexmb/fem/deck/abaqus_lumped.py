@@ -21,6 +21,15 @@ def add_abaqus_lumped(flat: Flat, deck: Deck, frames: Frames, materials: Materia
         if block.name in makers:
             own = _oriented(block, scope, flat, deck, frames, materials)
             makers[block.name](block, scope, flat, deck, own)
+    _tell_bare(flat, deck)
+
+
+def _tell_bare(flat: Flat, deck: Deck) -> None:
+    """Name masses, springs and dashpots to which no keyword gives a value."""
+    valued = {k for _, k in flat.given}
+    for k, element in enumerate(flat.elements):
+        if k not in valued and element.kind.startswith(("MASS", "ROTARYI", "SPRING", "DASHPOT")):
+            deck.inventory.left_out[f"{element.kind}: no keyword gives it a value"] += 1
 
 
 def _oriented(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames, materials: Materials) -> Frames:
@@ -77,7 +86,7 @@ def _spring(block: Block, scope: str, flat: Flat, deck: Deck, frames: Frames) ->
                 raise block.wrong("no line of directions", "directions, then the value")
             directions, value = (
                 block.integers(rows[0], 1),
-                _value(block, rows[1:] if "NONLINEAR" in block.parameters else rows[1:2], deck),
+                _value(block, rows[1:], deck),
             )
             if not all(1 <= d <= 6 for d in directions):
                 raise block.wrong(f"directions '{', '.join(rows[0])}'", "numbers 1 to 6")
@@ -93,7 +102,10 @@ def _value(block: Block, rows: list[list[str]], deck: Deck) -> float:
     Where the table has a corner there it is the mean of both sides.
     """
     if "NONLINEAR" not in block.parameters:
-        return block.reals(rows[-1][:1] if rows else [], 1)[0]
+        tabled = bool(rows) and len(rows[0]) > 2  # value, frequency, temperature
+        if tabled and len(rows) > 1:
+            deck.inventory.approximated[f"*{block.name}: value of the first temperature"] += 1
+        return block.reals(rows[0 if tabled else -1][:1] if rows else [], 1)[0]
     table = [block.reals(words[:2], 2) for words in rows if any(words)]
     places = np.array([place for _, place in table])
     forces = np.array([force for force, _ in table])

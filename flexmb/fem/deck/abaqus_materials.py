@@ -62,6 +62,8 @@ class Materials:
                 raise block.wrong(f"the material '{wanted}', which does not exist", f"One of: {known}")
             self.made[wanted] = _elastic(wanted, self.heads[wanted], self.blocks[wanted])
             own = self.heads[wanted].need("NAME")
+            if any(_tabled(block) for block in self.blocks[wanted]):
+                self.inventory.approximated[f"{own}: constants of the first temperature"] += 1
             if self.made[wanted].density == 0.0:
                 self.inventory.weightless.add(own)
             if self.made[wanted].poisson == INCOMPRESSIBLE:
@@ -76,6 +78,16 @@ class Materials:
             raise block.wrong(f"the orientation '{word}', which does not exist", f"One of: {known}")
         given, own = self.orientations[name]
         return _orientation(given, flat.scopes[own].rotation, flat.scopes[own].origin, points)
+
+
+LINES = {"ENG": 2, "ORT": 2, "ANI": 3}
+"""Lines of one set of constants by the beginning of TYPE; one otherwise."""
+
+
+def _tabled(block: Block) -> bool:
+    """Whether *ELASTIC or *DENSITY has more than one set of constants."""
+    count = LINES.get(block.parameters.get("TYPE", "").upper()[:3], 1) if block.name == "ELASTIC" else 1
+    return block.name in ("ELASTIC", "DENSITY") and sum(any(row) for row in block.rows()) > count
 
 
 def _elastic(name: str, head: Block, blocks: list[Block]) -> Elastic:
@@ -160,6 +172,8 @@ def _orientation(block: Block, rotation: np.ndarray, origin: np.ndarray, points:
     rows = block.rows()
     if not rows:
         raise block.wrong("no data line", "two points")
+    if not (word := block.parameters.get("DEFINITION", "COORDINATES")).upper().startswith("COO"):
+        raise block.wrong(f"DEFINITION={word}", "COORDINATES: points a, b and c", "Write the points themselves")
     system = block.parameters.get("SYSTEM", "RECTANGULAR").upper()
     values = np.array(block.reals(rows[0], 9, 0.0))
     a, b = values[:3], values[3:6]

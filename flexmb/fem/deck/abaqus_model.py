@@ -59,6 +59,7 @@ class Flat:
     element_sets: dict[str, list[int]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[str, str, str]]] = field(default_factory=dict)
     surface_kinds: dict[str, str] = field(default_factory=dict)
+    surface_blocks: dict[str, Block] = field(default_factory=dict)
     scopes: dict[str, Scope] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)
     skipped: Counter[str] = field(default_factory=Counter)
@@ -209,6 +210,7 @@ def _fill(flat: Flat, blocks: list[Block], scope: Scope) -> None:
             rows = [(row[0], row[1].upper() if len(row) > 1 else "", scope.name) for row in block.rows() if row[0]]
             flat.surfaces[name] = rows
             flat.surface_kinds[name] = kind
+            flat.surface_blocks[name] = block
             flat.names.setdefault(name, scope.shown + block.parameters["NAME"])
         elif block.name not in ("NODE", "ELEMENT"):
             flat.blocks.append((block, scope.name))
@@ -223,6 +225,8 @@ def _nodes(flat: Flat, block: Block, scope: Scope, prefix: str) -> None:
         if not label:
             raise block.wrong(f"'{','.join(row)[:60]}'", "a node number and coordinates")
         point = scope.rotation @ np.array(block.reals(row[1:4], 3, 0.0)) + scope.origin
+        if any(row[4:7]) and any(block.reals(row[4:7], 3, 0.0)):
+            flat.skipped["*NODE: normals of shells and beams, fields 5 to 7"] += 1
         known = scope.nodes.get(label[0])
         if known is not None:
             if not np.array_equal(flat.points[known], point):

@@ -5,7 +5,10 @@ from __future__ import annotations
 from flexmb.fem.deck.abaqus_text import Block
 from flexmb.fem.deck.contents import Inventory
 
-__all__ = ["tell_parameters"]
+__all__ = ["MESH", "tell_parameters"]
+
+MESH = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
+"""Keywords of the mesh, which are read before the others."""
 
 USED = {
     "SOLID SECTION": "ELSET MATERIAL ORIENTATION",
@@ -32,6 +35,12 @@ USED = {
     "ORIENTATION": "NAME SYSTEM",
     "TRANSFORM": "NSET TYPE",
     "NODAL THICKNESS": "",
+    "NODE": "NSET SYSTEM",
+    "ELEMENT": "TYPE ELSET",
+    "NSET": "NSET ELSET GENERATE INSTANCE",
+    "ELSET": "ELSET GENERATE INSTANCE",
+    "SURFACE": "NAME TYPE",
+    "BOUNDARY": "OP",
 }
 """By keyword, spaces left away."""
 WITHOUT_EFFECT = {
@@ -49,8 +58,13 @@ WITHOUT_EFFECT = {
     "ELASTIC": "DEPENDENCIES",
     "DENSITY": "DEPENDENCIES",
     "ORIENTATION": "LOCALDIRECTIONS",
+    "NSET": "UNSORTED INTERNAL",
+    "ELSET": "UNSORTED INTERNAL",
+    "SURFACE": "INTERNAL",
+    "BOUNDARY": "AMPLITUDE FIXED TYPE",
 }
-"""Of output, of integration, of tables (by their first line), of sections that shrink as they stretch, and defaults."""
+"""Of output, of integration, of tables (by their first line), of sections that shrink as they stretch, of motions of
+supports, and defaults."""
 DEFAULTS = {
     ("ELASTIC", "MODULI"): "LONG",
     ("ORIENTATION", "DEFINITION"): "COORDINATES",
@@ -66,7 +80,7 @@ def tell_parameters(block: Block, inventory: Inventory) -> None:
     """Note every parameter of a keyword that is read here but is not taken itself."""
     if block.name not in USED:
         return
-    taken = {*USED[block.name].split(), *WITHOUT_EFFECT.get(block.name, "").split()}
+    taken = {"INPUT", *USED[block.name].split(), *WITHOUT_EFFECT.get(block.name, "").split()}
     for name, value in block.parameters.items():
         usual = DEFAULTS.get((block.name, name))
         if name not in taken and not (usual is not None and value.upper().startswith(usual)):

@@ -158,9 +158,7 @@ def _shell_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, m
         for cells, own in zip(*first_order_shells(nodes, deck.inventory, kind), strict=True):
             if not len(cells):
                 continue
-            one = _stretch(
-                flat, deck, cells, sum(layer.thickness for layer in layers), "COMPOSITE" in block.parameters, kind
-            )
+            one = _stretch(flat, block, deck, cells, sum(layer.thickness for layer in layers), kind)
             _, which = np.unique(np.round(angles[own], 9), axis=0, return_inverse=True)
             for k in range(int(which.max()) + 1):
                 rows = np.flatnonzero(which.ravel() == k)
@@ -214,8 +212,11 @@ def _sheared(block: Block, flat: Flat, of_plies: np.ndarray) -> np.ndarray:
     return np.linalg.inv([[k11, k12], [k12, k22]])
 
 
-def _stretch(flat: Flat, deck: Deck, nodes: np.ndarray, total: float, layered: bool, kind: str) -> np.ndarray:
-    """Return the thickness (ne,) of shells over their section's: the mean of *NODAL THICKNESS at their nodes."""
+def _stretch(flat: Flat, section: Block, deck: Deck, nodes: np.ndarray, total: float, kind: str) -> np.ndarray:
+    """Return the thickness (ne,) of shells over their section's: the mean of *NODAL THICKNESS at their nodes.
+
+    It counts where the section says so by its parameter NODAL THICKNESS, as in CalculiX.
+    """
     given: dict[int, float] = {}
     for block, scope in flat.blocks:
         if block.name == "NODAL THICKNESS":
@@ -226,7 +227,10 @@ def _stretch(flat: Flat, deck: Deck, nodes: np.ndarray, total: float, layered: b
                 given |= dict.fromkeys(flat.nodes_of(row[0], scope, block), value)
     if not given or not any(node in given for node in nodes.ravel().tolist()):
         return np.ones(len(nodes))
-    if layered:
+    if "NODALTHICKNESS" not in section.parameters:
+        deck.inventory.left_out["*NODAL THICKNESS of shells whose section does not ask for it"] += len(nodes)
+        return np.ones(len(nodes))
+    if "COMPOSITE" in section.parameters:
         deck.inventory.left_out["*NODAL THICKNESS of composite shells"] += len(nodes)
         return np.ones(len(nodes))
     own = np.array([[given.get(node, total) for node in row] for row in nodes.tolist()])

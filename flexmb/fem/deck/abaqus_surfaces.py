@@ -56,11 +56,10 @@ def _elements(flat: Flat, word: str, scope: str, name: str) -> list[int]:
         return flat.element_sets[full]
     if is_number(word) and int(word) in flat.scopes[scope].elements:
         return [flat.scopes[scope].elements[int(word)]]
-    raise MeshError(
-        f"Surface '{name}'",
-        found=f"the element set or element '{word}', which does not exist",
-        expected=f"One of: {', '.join(sorted(flat.element_sets)[:12]) or 'none'}",
-        remedy="Correct the *SURFACE",
+    raise flat.surface_blocks[name].wrong(
+        f"the element set or element '{word}' of surface '{name}', which does not exist",
+        f"One of: {', '.join(sorted(flat.element_sets)[:12]) or 'none'}",
+        "Correct the *SURFACE",
     )
 
 
@@ -101,11 +100,10 @@ def surface_nodes(flat: Flat, name: str) -> np.ndarray:
             elif is_number(word) and int(word) in flat.scopes[scope].nodes:
                 out.append(flat.scopes[scope].nodes[int(word)])
             else:
-                raise MeshError(
-                    f"Surface '{name}'",
-                    found=f"the node set or node '{word}', which does not exist",
-                    expected=f"One of: {', '.join(sorted(flat.node_sets)[:12]) or 'none'}",
-                    remedy="Correct the *SURFACE",
+                raise flat.surface_blocks[name].wrong(
+                    f"the node set or node '{word}' of surface '{name}', which does not exist",
+                    f"One of: {', '.join(sorted(flat.node_sets)[:12]) or 'none'}",
+                    "Correct the *SURFACE",
                 )
         return np.unique(np.array(out, np.int64))
     if flat.surface_kinds[name] != "ELEMENT":

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from flexmb.errors import MeshError
+from flexmb.fem.deck.abaqus_keywords import taken
 from flexmb.fem.deck.files import HUGE, beside, deck_bytes
 from flexmb.files import resolved
 
@@ -119,10 +120,10 @@ def _read(path: Path, main: Path, blocks: list[Block], above: tuple[Path, ...], 
             name, _, value = word.partition("=")
             parameters["".join(name.split()).upper()] = value.strip().strip('"')
         block = Block(" ".join(head.split()).upper(), parameters, f"{path}:{start}")
-        if block.name == "INCLUDE":
-            _include(block, path, main, blocks, above, read)
-        else:
+        if block.name != "INCLUDE":
             blocks.append(block)
+        if block.name == "INCLUDE" or ("INPUT" in parameters and taken(block.name)):  # data lines in a file
+            _include(block, path, main, blocks, above, read)
 
 
 def _include(

@@ -234,9 +234,7 @@ def _axes(part, nodes, lines, orientation):
     return np.stack([x, y, np.cross(x, y)], axis=1), lengths
 
 
-def _block(
-    pairs, material, lines, axes, lengths, count, shear, rotary_inertia, point_masses: str = ""
-) -> FrameBlock:
+def _block(pairs, material, lines, axes, lengths, count, shear, rotary_inertia, point_masses: str = "") -> FrameBlock:
     polar = point_masses != "all"
     elements = FrameElements(
         lengths,
