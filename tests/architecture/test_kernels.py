@@ -22,10 +22,9 @@ class Kernel(NamedTuple):
     outside: tuple[int, ...]
 
 
+@cache
 def compiled(path) -> list[Kernel]:
     """Return the compiled functions of a file."""
-    if "kernel" not in text(path):
-        return []
     nodes = list(ast.walk(tree(path)))
     kinds = {
         node: ast.unparse(decorator).split("(")[0]
@@ -47,15 +46,12 @@ def text(path):
     return path.read_text(encoding="utf-8")
 
 
-KERNELS = {path: compiled(path) for path in FILES}
-WITH_KERNELS = [
-    path for path, found in KERNELS.items() if any("inner" in one.kind or one.kind == "kernel" for one in found)
-]
+WITH_KERNELS = [path for path in FILES if re.search(r"^\s*@(inner_)?kernel\b", text(path), re.MULTILINE)]
 
 
 @pytest.mark.parametrize("path", WITH_KERNELS, ids=name)
 def test_inner_kernels_are_called_by_kernels_only(path):
-    for function, kind, outside in KERNELS[path]:
+    for function, kind, outside in compiled(path):
         if not function.startswith("_"):
             assert kind != "inner_kernel", f"{function} has a public name: other files may call it from Python"
         elif kind == "inner_kernel":
@@ -78,6 +74,6 @@ def elsewhere(path, function):
 
 @pytest.mark.parametrize("path", WITH_KERNELS, ids=name)
 def test_inner_kernels_stay_in_their_file(path):
-    inner = [kernel.name for kernel in KERNELS[path] if kernel.kind == "inner_kernel"]
+    inner = [kernel.name for kernel in compiled(path) if kernel.kind == "inner_kernel"]
     found = {function: [name(other) for other in elsewhere(path, function)] for function in inner}
     assert not any(found.values()), found
