@@ -284,6 +284,7 @@ def _with_quality(data: Data, length: float = 1.0) -> Data:
             "frequencies": scale(data.quality["frequencies"], ["full", "reduced"]),
             **({"tracks": _along(data.quality["tracks"], length)} if "tracks" in data.quality else {}),
             **({"transfer": _with_units(data, factor, length)} if "transfer" in data.quality else {}),
+            **({"left_out": _left_out_with_units(data, factor, length)} if data.left_out else {}),
         },
     )
 
@@ -305,6 +306,18 @@ def _with_units(data: Data, factor: float, length: float) -> dict:
         "frequencies": [f * factor for f in transfer["frequencies"]],
         "worst": transfer["worst"] * factor,
         "length": transfer["length"] * length,
+    }
+
+
+def _left_out_with_units(data: Data, factor: float, length: float) -> dict:
+    """Return the changes of stiffness by unit loads in other units; those by load shapes, of any unit, are dropped."""
+    known, force = data.left_out, data.mass / data.quality["mass"]["mass"] * length * factor**2
+    return {
+        "acceleration": known["acceleration"] / (length * factor**2),
+        "turning": known["turning"] / factor**2,
+        "spin": known["spin"] / factor**2,
+        "interfaces": {name: [a / force, b / (force * length)] for name, (a, b) in known["interfaces"].items()},
+        "loads": known["loads"] if force == 1.0 == length else {},
     }
 
 

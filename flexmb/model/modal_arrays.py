@@ -131,6 +131,21 @@ class ModalArrays:
         c = self.center_of_mass
         return self.invariants.ww0 - self.mass * (c @ c * np.eye(3) - np.outer(c, c))
 
+    @property
+    def left_out(self) -> dict[str, Any]:
+        """Change of stiffness by unit loads where the reduction has no geometric stiffness (`reduction.left_out`);
+        empty where there is one, or nothing is known.
+        """
+        known: Any = self.quality.get("left_out") if self.geometric is None else None
+        try:
+            return {
+                **{name: float(known[name]) for name in ("acceleration", "turning", "spin")},
+                "interfaces": {str(name): tuple(map(float, row)) for name, row in known["interfaces"].items()},
+                "loads": {str(name): float(value) for name, value in known["loads"].items()},
+            }
+        except (KeyError, TypeError, ValueError, AttributeError):  # of other data, or of a file made by hand
+            return {}
+
     def node_name(self, node: int) -> str:
         """Return words for a node: "node 63241 of the deck" where the file has numbers, else "node 12"."""
         return f"node {int(node)}" if self.numbering is None else self.numbering.node_name(node)

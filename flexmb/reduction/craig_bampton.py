@@ -25,6 +25,7 @@ from flexmb.reduction.framed_body import FramedBody
 from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
 from flexmb.reduction.interfaces import Coupling, offered, resolve
 from flexmb.reduction.invariants import inertia_invariants
+from flexmb.reduction.left_out import left_out_stiffness
 from flexmb.reduction.load_turning import holding_interface, load_turning, reaction, wrench_turning
 from flexmb.reduction.loads import load_vectors, loads_of
 from flexmb.reduction.markers import MarkerMotion, interface_motions, station_motions
@@ -199,6 +200,8 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
         quality["tracks"] = tracks
     if zones:
         quality["contact"] = zones
+    if geometric is None and (left_out := left_out_stiffness(body, basis, interfaces, forces, names)):
+        quality["left_out"] = left_out
     if words := middle_surface(fe) if asked.stress else "":
         tell(words, UserWarning)
         quality["warnings"].append(words)

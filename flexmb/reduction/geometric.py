@@ -13,7 +13,7 @@ from flexmb.reduction.markers import MarkerMotion
 from flexmb.reduction.nodal_inertia import NodalInertia
 from flexmb.reduction.statics import HeldBody
 
-__all__ = ["geometric_stiffness", "inertia_loads"]
+__all__ = ["coupling_stiffness", "geometric_stiffness", "inertia_loads"]
 
 
 ACCELERATIONS = range(12)
@@ -45,7 +45,7 @@ def inertia_loads(fe: FEModel) -> np.ndarray:
     return loads
 
 
-def _coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes) -> np.ndarray:
+def coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes, own: int = len(ACCELERATIONS)) -> np.ndarray:
     """Return the geometric stiffness of the couplings for every load case, (loads, m, m).
 
     A coupling that turns by theta takes its nodes along ``theta x s + theta x (theta x s) / 2``; the second part works
@@ -58,14 +58,17 @@ def _coupling_stiffness(body: HeldBody, static, direct, interfaces, shapes) -> n
     Parameters
     ----------
     static : (ndof, loads), displacement u; direct : (ndof, loads), loads f that act on nodes, not through interfaces
+    own : int
+        Where the unit forces and moments of the interfaces begin among the loads, which may be some of all.
     """
     fe = body.fe
     out = np.zeros((static.shape[1], shapes.shape[1], shapes.shape[1]))
     for number, (coupling, marker) in enumerate(zip(body.couplings, interfaces, strict=True)):
         moments = np.zeros((3, 3, static.shape[1]))  # sum r s^T
         if coupling.averaging:
-            own = len(ACCELERATIONS) + 6 * number  # load cases: unit forces of this interface
-            moments[range(3), :, range(own, own + 3)] = coupling.center - coupling.position
+            for axis, load in enumerate(range(own + 6 * number, own + 6 * number + 3)):
+                if 0 <= load < static.shape[1]:
+                    moments[axis, :, load] = coupling.center - coupling.position
         else:
             rows = coupling.rows[fe.dofs[coupling.rows, 1] < 3]
             node, direction = fe.dofs[rows, 0], fe.dofs[rows, 1]
@@ -139,7 +142,7 @@ def geometric_stiffness(
     displacement, modes = fe.field(static), fe.field(shapes)
     matrices = np.sum([block.projected_geometric_stiffness(displacement, modes) for block in fe.blocks], axis=0)
     direct = np.hstack([inertia, *(np.zeros_like(w) for w in wrenches), loads, preload[:, None]])
-    matrices += _coupling_stiffness(body, static, direct, interfaces, shapes)
+    matrices += coupling_stiffness(body, static, direct, interfaces, shapes)
     if fe.condensed is not None:
         matrices += _inner_stiffness(fe, fe.condensed.fields @ static, inertia_loads(fe.condensed.whole), modes)
     matrices = 0.5 * (matrices + matrices.transpose(0, 2, 1))

@@ -1,11 +1,13 @@
 """How far a floating body is from what its linear reduction holds for: deformation, load and speed.
 
-Three numbers, each 1 at the limit:
+Four numbers, each 1 at the limit:
 
 - deformation: largest nodal displacement relative to `DEFORMATION` of the body's size; beyond, linear strain and the
   first-order kinematics of the markers err by percents;
 - load: the geometric stiffness of the present loads, sum s_i G_i, relative to the one at which K + sum s_i G_i is
   singular: the buckling load of the reduced body in its frame (free for the mean frame: joints are no part of it);
+- left out: change of stiffness by the present loads where the reduction has no geometric stiffness, relative to
+  `CHANGE`;
 - speed: angular velocity relative to the frequency of the highest retained mode; beyond, the centrifugal field changes
   the body in shapes that were left out.
 """
@@ -17,16 +19,19 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.bodies.floating.left_out import LeftOut
 from flexmb.bodies.floating.row import ROW, mean_motion, stiffness_matrices
 from flexmb.bodies.floating.stiffness import load_scales, mean_acceleration
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.vectors import matvec_t
 
-__all__ = ["DEFORMATION", "FloatingWatch"]
+__all__ = ["CHANGE", "DEFORMATION", "FloatingWatch"]
 
 DEFORMATION = 0.1
 """Largest displacement, relative to the body's size, that counts as small."""
+CHANGE = 0.1
+"""Change of the stiffness by loads, relative to it, that may be left out."""
 LOOKS = 16
 """Samples of a block at which the load is looked at; it costs an evaluation and an eigenvalue problem."""
 
@@ -80,6 +85,7 @@ class _Limits:
         if len(self.G):
             w, vectors = np.linalg.eigh(data.stiffness)
             self.inverse = (vectors / np.sqrt(np.maximum(w, 1e-12 * w[-1]))).T  # inverse @ K @ inverse^T = I
+        self.left_out = LeftOut(data, row) if data.left_out and not row["stiffening"] else None
         interfaces = [f"interface '{name}'" for name in data.marker_names[: data.n_interfaces]]
         self.causes = (
             12 * ["acceleration"]
@@ -122,6 +128,7 @@ class FloatingWatch:
         rows = program.raw[program.starts[kind] : program.starts[kind + 1]].view(ROW)
         elastic = [(body, row) for body, row in zip(bodies, rows, strict=True) if row["modes"] > 0]
         self.limits = [_Limits(body, row, program.bulk) for body, row in elastic]
+        self.unstiffened = [n for n, limits in enumerate(self.limits) if limits.left_out is not None]
         self.spans = [system.body_slices[body.name] for body, _ in elastic]
         self.bulk = program.bulk
         self.rows = rows[rows["modes"] > 0]
@@ -139,10 +146,13 @@ class FloatingWatch:
         """
         everything = np.arange(len(rows["t"]))
         looks = np.unique(np.linspace(0, len(everything) - 1, LOOKS).astype(int))
-        scales = np.zeros((len(looks), self.first[-1]))
-        if self.first[-1]:
+        scales, left_out = np.zeros((len(looks), self.first[-1])), {n: [] for n in self.unstiffened}
+        if self.first[-1] or left_out:
             for row, k in zip(scales, looks):
-                _scales(self.rows, self.bulk, *evaluated(k), self.first, row)
+                state, work = evaluated(k)
+                _scales(self.rows, self.bulk, state, work, self.first, row)
+                for n, found in left_out.items():
+                    found.append(self.limits[n].left_out.share(self.bulk, state, work))
         for n, (body, (iq, iu)) in enumerate(zip(self.limits, self.spans)):
             q, u = rows["q"][:, iq], rows["u"][:, iu]
             share = body.deformation(q[:, 7:])
@@ -151,4 +161,8 @@ class FloatingWatch:
             yield body.title, "deformation", place, everything, share.max(axis=1) / DEFORMATION
             values, cause = body.load(scales[:, self.first[n] : self.first[n + 1]])
             yield body.title, "load", f"most of it from {cause}" if cause else "", looks, values
+            if n in left_out:
+                changes, causes = zip(*left_out[n])
+                cause = causes[int(np.argmax(changes))]
+                yield body.title, "left out", f"most of it by {cause}", looks, np.array(changes) / CHANGE
             yield body.title, "speed", "", everything, np.linalg.norm(u[:, 3:6], axis=1) / (body.highest or np.inf)

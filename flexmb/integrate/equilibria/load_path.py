@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.equilibria.path import EquilibriumPath, Point
+from flexmb.integrate.runs.validity import in_equilibrium
 from flexmb.model.described import Described, is_number
 from flexmb.results import Phase, Solution, Status
 
@@ -235,7 +236,11 @@ class _Walk:
             phases=(phase,),
             status=status,
             limit_points=tuple(self.marks),
-            statistics={"points": n, "iterations": sum(p.iterations for p in self.points)},
+            statistics={
+                "points": n,
+                "iterations": sum(p.iterations for p in self.points),
+                **in_equilibrium(phase, "from the load factor {t:.4g} on"),
+            },
         )
 
 

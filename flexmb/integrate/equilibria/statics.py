@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from flexmb.integrate.equilibria.load_path import ArcLength, LoadSteps, follow
 from flexmb.integrate.impulsive import refuse_impulses
 from flexmb.integrate.linear.steady import unsteady_equation
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
+from flexmb.integrate.runs.validity import in_equilibrium
 from flexmb.model.described import is_number
 from flexmb.model.model import Model
 from flexmb.results import SHARED, Phase, Solution, Status
@@ -72,7 +74,8 @@ def statics(
     -------
     Solution
         Its last sample is the equilibrium, the others are the path of the iteration. With a `path` a LoadPath: the
-        equilibria on it, with the load factors as times, and its limit points.
+        equilibria on it, with the load factors as times, and its limit points. Floating bodies that are used beyond
+        their validity in equilibrium are warned of, as in `simulate`.
 
     Raises
     ------
@@ -178,7 +181,14 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold
             "rest give the drive a number",
             solution=solution,
         )
-    return solution
+    return _watched(solution)
+
+
+def _watched(solution: Solution) -> Solution:
+    """Return the solution with what its bodies are valid for in equilibrium, its last sample; warn beyond that."""
+    (phase,) = solution.phases
+    last = replace(phase, **{name: getattr(phase, name)[-1:] for name in ("t", "q", "u", "a", "lam", "works")})
+    return replace(solution, statistics={**solution.statistics, **in_equilibrium(last)})
 
 
 def _left(iteration: Descent) -> str:

@@ -1,4 +1,4 @@
-"""Watching validity while a simulation runs: deformation, load and speed of reduced bodies."""
+"""Watching validity while a simulation runs, and of equilibria: deformation, load and speed of reduced bodies."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from flexmb.errors import ValidityWarning
 from flexmb.integrate.runs.creep_watch import CreepWatch
 from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix
-from flexmb.results import SHARED
+from flexmb.results import SHARED, Phase
 from flexmb.system.program import evaluate
 from flexmb.told import Told
 
-__all__ = ["Validity"]
+__all__ = ["Validity", "in_equilibrium"]
 
 SHARES, WARNINGS, NOTES = "share of validity", "warnings", "notes"
 """Names in the statistics of a solution."""
@@ -31,6 +31,11 @@ ADVICE = {
         "carries {value:.2g} times the load under which its reduced stiffness buckles",
         "less than that load",
         "Check the load; for motion past buckling split the body (flexmb.reduction.split), or use an ANCF body",
+    ),
+    "left out": (
+        "carries loads that change its stiffness by up to {percent:.0f} %, which its reduction leaves out",
+        "less than 10 %",
+        "Reduce it with geometric_stiffness=True (--geometric-stiffness): it buckles and stiffens then",
     ),
     "speed": (
         "turns {value:.2g} times as fast as its highest retained mode vibrates",
@@ -48,9 +53,11 @@ class Validity:
     ----------
     before : mapping, optional
         Statistics of the run that is continued: its warnings are not repeated.
+    since : str
+        Words for when a limit was passed, of the time t.
     """
 
-    def __init__(self, before: dict[str, Any] | None = None):
+    def __init__(self, before: dict[str, Any] | None = None, since: str = "from t = {t:.4g} s on"):
         before = before or {}
         self.shared: list[str] = list(before.get(SHARED, ()))
         self.largest: dict[str, dict[str, float]] = {k: dict(v) for k, v in before.get(SHARES, {}).items()}
@@ -60,6 +67,7 @@ class Validity:
         self._watches: list[Any] = []
         self._work: Any = None
         self._creep: Any = None
+        self._since = since
 
     def look(self, system, rows: dict[str, np.ndarray]) -> None:
         """Measure a block of samples."""
@@ -74,7 +82,8 @@ class Validity:
                 known = self.largest.setdefault(title, {})
                 if values[k] > 1.0 >= known.get(measure, 0.0):
                     first = samples[np.flatnonzero(values > 1.0)[0]]
-                    self._warn(_sentence(title, measure, place, float(values[k]), float(rows["t"][first])))
+                    since = self._since.format(t=float(rows["t"][first]))
+                    self._warn(_sentence(title, measure, place, float(values[k]), since))
                 known[measure] = max(known.get(measure, 0.0), float(values[k]))
 
     def share(self, joints: list[str]) -> None:
@@ -128,11 +137,18 @@ class Validity:
         return state, self._work
 
 
-def _sentence(title: str, measure: str, place: str, value: float, t: float) -> str:
+def in_equilibrium(phase: Phase, since: str = "in equilibrium") -> dict[str, Any]:
+    """Return the statistics of validity of equilibria, the samples of a phase, and give their warnings."""
+    validity = Validity(since=since)
+    validity.look(phase.system, {name: getattr(phase, name) for name in ("t", "q", "u", "a", "lam")})
+    return validity.statistics
+
+
+def _sentence(title: str, measure: str, place: str, value: float, since: str) -> str:
     found, expected, remedy = ADVICE[measure]
     numbers = {"value": value, "percent": 10.0 * value, "parts": _parts(value)}
     where = f" {place}" if measure == "deformation" else f", {place}," if place else ""
-    begins = f"{title} {found.format(**numbers)}{where} from t = {t:.4g} s on"
+    begins = f"{title} {found.format(**numbers)}{where} {since}"
     return f"{begins}; expected: {expected}. {remedy.format(**numbers)}."
 
 
