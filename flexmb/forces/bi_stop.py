@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinate import COORDINATE
+from flexmb.constraints.coordinate import COORDINATE, TURN
 from flexmb.constraints.coordinate_kernels import act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate, check_number
 from flexmb.forces.rows import one_sided
-from flexmb.math.switches import GAP, switch_kernel
+from flexmb.math.switches import GAP, TURN_GAP, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.described import finite_array
 from flexmb.model.table import Table
@@ -66,7 +66,8 @@ def switch(raw, data, state, work, out):
         for k in range(2):
             gap, sense = out[2 * n + k], (-1.0 if k == 0 else 1.0)
             gap[:] = 0.0
-            gap[0], gap[1], gap[4], gap[9] = GAP, sense * x, sense * rate, 1.0
+            kind = TURN_GAP if row.x.kind == TURN else GAP
+            gap[0], gap[1], gap[4], gap[9] = kind, sense * x, sense * rate, 1.0
             gap[7] = -row.upper if k == 0 else row.lower
 
 

@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from flexmb.constraints.coordinate import COORDINATE
+from flexmb.constraints.coordinate import COORDINATE, TURN
 from flexmb.constraints.coordinate_kernels import act, add_tangent, measure
 from flexmb.errors import ModelError
 from flexmb.forces.on_coordinate import OnCoordinate, check_number
 from flexmb.forces.rows import one_sided
-from flexmb.math.switches import GAP, switch_kernel
+from flexmb.math.switches import GAP, TURN_GAP, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.described import is_number
 from flexmb.model.table import Table
@@ -61,7 +61,8 @@ def switch(raw, data, state, work, out):
         row, gap = rows[n], out[n]
         x, rate = measure(row.x, state, work, gradient)
         gap[:] = 0.0
-        gap[0], gap[1], gap[4], gap[9] = GAP, row.sense * x, row.sense * rate, 1.0
+        kind = TURN_GAP if row.x.kind == TURN else GAP
+        gap[0], gap[1], gap[4], gap[9] = kind, row.sense * x, row.sense * rate, 1.0
         gap[7] = row.sense * row.contact
 
 

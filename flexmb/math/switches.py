@@ -3,7 +3,7 @@
 A row of numbers per place: kind, path d (3), its rate d' (3), threshold, scale, weight. The kind is
 
 - GAP: a gap ``d_x - threshold``; DISTANCE: a gap ``|d| - threshold``; both are open above zero. The weight is 0.0 for
-  one of many points of a line, else 1.0;
+  one of many points of a line, else 1.0; TURN_GAP: a GAP in rad, the unit of whose numbers does not follow lengths;
 - SLIP: friction with the slip d', which turns within `scale` (m/s or rad/s);
 - TURN: a rotation vector d that may not pass half a turn;
 - CROSSING: a number d_x of the user that changes its sign where a force jumps or has a kink; d'_x is its rate as far as
@@ -39,6 +39,7 @@ __all__ = [
     "PIECE_END",
     "SLIP",
     "TURN",
+    "TURN_GAP",
     "UNKNOWN",
     "call_sweep",
     "call_switches",
@@ -46,7 +47,7 @@ __all__ = [
     "switch_kernel",
 ]
 
-IDLE, GAP, DISTANCE, SLIP, TURN, CROSSING, KINK, PIECE = -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
+IDLE, GAP, DISTANCE, SLIP, TURN, CROSSING, KINK, PIECE, TURN_GAP = -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0
 FORMULA, UNKNOWN, OF_LENGTHS, PIECE_BEGIN, PIECE_END = 10, 11, 12, 16, 17
 """1.0: a number of a formula; 1.0: its rate follows from accelerations, which nobody knows; sums of its derivatives by
 lengths, by angles and states, by speeds, and by rates of angles; ends of a piece.

@@ -18,7 +18,7 @@ from flexmb.integrate.runs.breaks import just_before
 from flexmb.integrate.runs.patience import Patience
 from flexmb.integrate.runs.switches import JUMPED, allowed, keep_switches, new_switching, read_switches
 from flexmb.math.energies import powers
-from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK, PIECE
+from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK, PIECE, TURN_GAP
 from flexmb.system.accelerations import accelerations
 from flexmb.system.complaints import without_value, worst_equations
 from flexmb.system.mobility import equation_scale
@@ -98,7 +98,7 @@ class Run:
         work.weights[0].wanted = 0
         evaluate(system.program, state, work)
         self.switching = new_switching(system, state, work, floor=settings.rtol * system.lengths.whole)
-        self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, DISTANCE, CROSSING, KINK, PIECE))))
+        self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, TURN_GAP, DISTANCE, CROSSING, KINK, PIECE))))
         self.landing: float | None = None
         self.before = {"residuals": 0, "factorisations": 0}
         self.drives = WorkOfDrives(system, state, work)

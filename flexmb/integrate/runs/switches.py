@@ -27,6 +27,7 @@ from flexmb.math.switches import (
     PIECE_END,
     SLIP,
     TURN,
+    TURN_GAP,
     UNKNOWN,
     call_sweep,
     call_switches,
@@ -310,8 +311,7 @@ def allowed(program, sw, h, adaptive):
 
     A step of fixed size is shortened only where a contact would begin and end in it unseen.
     """
-    floor = sw.limits[0].floor
-    least = _swept(program, sw, h, floor)
+    least = _swept(program, sw, h, sw.limits[0].floor)
     for n in range(len(sw.now)):
         a, b = sw.now[n], sw.then[n]
         if a[0] < 0.0 or b[0] < 0.0 or a[0] == TURN:
@@ -328,6 +328,7 @@ def allowed(program, sw, h, adaptive):
             if adaptive:
                 least = min(least, _left_piece(a, b, h, sw.spans[n], sw.limits))
             continue
+        floor = sw.limits[0].share if a[0] == TURN_GAP else sw.limits[0].floor
         speed = 0.0
         for i in range(4, 7):
             speed = max(speed, abs(a[i]), abs(b[i]))
@@ -390,7 +391,8 @@ def keep_switches(sw, h):
     for n in range(len(sw.now)):
         a, b = sw.now[n], sw.then[n]
         if a[0] >= 0.0 and b[0] >= 0.0:
-            if a[FORMULA] > 0.0:
+            # of surfaces the same column is a part of their relative place
+            if (a[0] == CROSSING or a[0] == KINK or a[0] == PIECE) and a[FORMULA] > 0.0:
                 sw.since[n] += 1.0
                 if _formula_changed(a, b, h, sw.limits):
                     changed, jumped = True, jumped or a[0] == CROSSING
@@ -407,7 +409,7 @@ def keep_switches(sw, h):
                 g0, g1 = _gap(a, b, h, 0.0)[0], _gap(a, b, h, 1.0)[0]
                 changed = changed or (b[9] > 0.0 and (g0 < 0.0) != (g1 < 0.0))
                 if g0 < 0.0 or g1 < 0.0:
-                    if a[0] == GAP or a[0] == DISTANCE:
+                    if a[0] == GAP or a[0] == TURN_GAP or a[0] == DISTANCE:
                         sw.limits[0].closed = 1
                     sw.touched[n] += abs(_rate(b) - _rate(a))
         copy_into(sw.now[n], b)
