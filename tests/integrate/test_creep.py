@@ -4,6 +4,7 @@ Reference: the law itself. On a slope of the angle b a slide with mu N tanh(v / 
 """
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -111,3 +112,48 @@ def test_a_ball_that_stands_by_contact(transition):
     if sentences:
         crept = transition / np.sqrt((0.5 / np.tan(SLOPE)) ** 2 - 1.0) * 5.0
         assert way(sentences[0]) == pytest.approx(crept, rel=0.05)
+
+
+def in_two_phases(*, late: bool = False) -> fmb.Model:
+    """The block of the first test, in a model that loses a joint of another body, which stays in its bushing."""
+    slope = on_a_slope(fmb.JointFriction("f", joint="slide", moving=0.3))
+    other = fmb.RigidBody("other", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(0, 0, 0))
+    also = fmb.Bushing(
+        "also",
+        markers=("ground.origin", "other.center"),
+        stiffness=(1e7, 1e7, 1e7, 1e5, 1e5, 1e5),
+        damping=(1e4, 1e4, 1e4, 1e2, 1e2, 1e2),
+    )
+    return replace(
+        slope,
+        bodies=[*slope.bodies, other],
+        joints=[*slope.joints, fmb.Fixed("held", markers=("ground.origin", "other.center"))],
+        forces=[*slope.forces, also],
+        events=[fmb.Event("gone", at=9.9 if late else 5.0, then=fmb.Release("held"))],
+    )
+
+
+@pytest.mark.filterwarnings("ignore::flexmb.ValidityWarning")
+def test_a_run_of_phases_tells_once():
+    run, sentences = told(in_two_phases(), 10.0)
+    assert len(run.phases) == 2
+    assert len(sentences) == 1
+
+
+@pytest.mark.filterwarnings("ignore::flexmb.ValidityWarning")
+def test_a_stepper_tells_of_every_phase():
+    """Nearly all of the way lies before the event; what comes after it is too short to tell."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        with fmb.stepper(in_two_phases(late=True), keep=True) as run:
+            for t in np.linspace(0.5, 9.95, 20):
+                run.advance(to=float(t))
+    (sentence,) = [str(one.message) for one in found if "regularised" in str(one.message)]
+    assert way(sentence) == pytest.approx(1e-3 * np.arctanh(np.tan(SLOPE) / 0.3) * 9.9, rel=0.05)
+
+
+@pytest.mark.parametrize("transition", [1e-3, 0.97e-3, 4.2e-3])
+def test_the_transition_that_is_asked_for_is_enough(transition):
+    (sentence,) = told(on_a_slope(fmb.JointFriction("f", joint="slide", moving=0.3, transition=transition)), 10.0)[1]
+    asked = float(sentence.split("Give a transition of ")[1].split()[0])
+    assert not told(on_a_slope(fmb.JointFriction("f", joint="slide", moving=0.3, transition=asked)), 10.0)[1]

@@ -16,7 +16,11 @@ POWERS = [(2.0**-17, 1.0), (2.0**10, 1.0), (1.0, 2.0**-13), (2.0**-3, 2.0**13)]
 def turning(L=1.0, T=1.0, stop=True) -> fmb.Model:
     """A bar that falls on a stop of its hinge, which rubs; `stop` False: on two one-sided springs."""
     arm = fmb.RigidBody(
-        "arm", mass=1.0, inertia=np.array((0.01, 0.08, 0.08)) * L**2, at=(0.5 * L, 0, 0), markers={"a": (-0.5 * L, 0, 0)}
+        "arm",
+        mass=1.0,
+        inertia=np.array((0.01, 0.08, 0.08)) * L**2,
+        at=(0.5 * L, 0, 0),
+        markers={"a": (-0.5 * L, 0, 0)},
     )
     law = {"joint": "joint", "stiffness": 2000.0 * L**2 / T**2, "damping": 3.0 * L**2 / T, "depth": 1e-3}
     stops = [fmb.BiStop("stop", travel=(-0.6, 0.4), **law)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,8 @@ SHARE = 0.05
 """Of the largest motion, from which on a run tells how far what stands has crept."""
 LEAST, TURN = 0.1, 0.2
 """Lengths of the model, or rad, that motion counts as at the least: what stands may creep by a twentieth of it."""
+BEGINS = ": in "
+"""Between the name of a force and what it is told."""
 
 
 class CreepWatch:
@@ -26,14 +29,16 @@ class CreepWatch:
     ----------
     system : System
         Of the phase; without friction of that kind nothing is looked at.
+    given : list of str
+        Warnings of the run so far: a force is told once.
 
     The way is the integral over the samples, of those alone between which a place stands; to and fro cancel.
     """
 
-    def __init__(self, system):
+    def __init__(self, system, given: Iterable[str] = ()):
         units = {f.title: unit for f in system.model.forces if (unit := f.slip_unit(system.model))}
         self.system = system
-        self.told: set[str] = set()
+        self.told = {title for title in units if any(text.startswith(f"{title}{BEGINS}") for text in given)}
         self.rows = np.flatnonzero([owner in units for owner in system.switch_owners])
         if not len(self.rows):
             return
@@ -41,7 +46,7 @@ class CreepWatch:
         n = len(self.rows)
         self.way, self.crept = np.zeros((n, 3)), np.zeros(n)
         self.stood, self.path, self.speed = np.zeros(n), np.zeros(n), np.zeros(n)
-        self.moved = LEAST * float(system.lengths.whole)
+        self.moved = self.least = LEAST * float(system.lengths.whole)
         self._last: tuple[float, np.ndarray, np.ndarray] | None = None
         self._begin: np.ndarray | None = None
         self._work: Any = None
@@ -72,7 +77,7 @@ class CreepWatch:
         return slips, (now[:, 0] == SLIP) & (np.linalg.norm(slips, axis=1) < now[:, 8])
 
     def _take(self, t: float, slips: np.ndarray, stands: np.ndarray) -> None:
-        if self._last is not None:
+        if self._last is not None and t > self._last[0]:  # a run that is taken back goes on from there
             before, were, stood = self._last
             h = t - before
             self.path += 0.5 * h * (np.linalg.norm(slips, axis=1) + np.linalg.norm(were, axis=1))
@@ -95,13 +100,22 @@ class CreepWatch:
             share = float(crept[k] / motion)
             if title in self.told or share <= max(SHARE, told.get(title, (0.0, ""))[0]):
                 continue
+            least = TURN if unit == "rad" else max(self.least, self.moved - crept[k])
+            # with a smaller transition it does not creep: that way is no motion then
+            enough = _rounded_down(float(self.speed[k] * SHARE * max(least, self.path[k] - crept[k]) / crept[k]))
             told[title] = (
                 share,
-                f"{title}: in {self.stood[k]:.3g} s in which it is slower than its transition of {self.speed[k]:.3g} "
-                f"{unit}/s it goes {crept[k]:.3g} {unit}; expected: less than {SHARE * motion:.2g} {unit}, "
+                f"{title}{BEGINS}{self.stood[k]:.3g} s in which it is slower than its transition of "
+                f"{self.speed[k]:.3g} {unit}/s it goes {crept[k]:.3g} {unit}; expected: less than {SHARE * motion:.2g} {unit}, "
                 f"{100.0 * SHARE:g} % of the motion. Its law is regularised: what should stand creeps, and slow motion "
-                f"meets less than the full friction. Give a transition of {self.speed[k] * SHARE / share:.1g} {unit}/s "
-                "or less; in joints LuGre sticks.",
+                f"meets less than the full friction. Give a transition of {enough:g} {unit}/s or "
+                "less; in joints LuGre sticks.",
             )
         self.told |= set(told)
         return [sentence for _, sentence in told.values()]
+
+
+def _rounded_down(x: float) -> float:
+    """Return a positive number with one digit, not above it."""
+    place = 10.0 ** np.floor(np.log10(x))
+    return float(max(np.floor(x / place * (1.0 + 1e-9)), 1.0) * place)

@@ -121,9 +121,10 @@ class Validity:
         warnings.warn(sentence, ValidityWarning, stacklevel=2)
 
     def _begin(self, system) -> None:
+        self.tell(self.creeps())  # of the phase before
         kinds = {type(body) for body in system.model.bodies if body.watch is not None}
         self._system, self._work = system, system.workspace()
-        self._creep = CreepWatch(system)
+        self._creep = CreepWatch(system, self.sentences)
         self._watches = [kind.watch([b for b in system.model.bodies if type(b) is kind], system) for kind in kinds]
 
     def _evaluated(self, rows, k):
