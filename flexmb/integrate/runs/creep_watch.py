@@ -107,9 +107,9 @@ class CreepWatch:
                 share,
                 f"{title}{BEGINS}{self.stood[k]:.3g} s in which it is slower than its transition of "
                 f"{self.speed[k]:.3g} {unit}/s it goes {crept[k]:.3g} {unit}; expected: less than {SHARE * motion:.2g} "
-                f"{unit}, {100.0 * SHARE:g} % of the motion. Its law is regularised: what should stand creeps, and slow motion "
-                f"meets less than the full friction. Give a transition of {enough:g} {unit}/s or "
-                "less; in joints LuGre sticks.",
+                f"{unit}, {100.0 * SHARE:g} % of the motion. Its law is regularised: what should stand creeps, and "
+                f"slow motion meets less than the full friction. Give a transition of {enough:g} {unit}/s or less; in "
+                "joints LuGre sticks.",
             )
         self.told |= set(told)
         return [sentence for _, sentence in told.values()]
