@@ -50,3 +50,28 @@ def test_what_is_free_is_no_doubt(stiff):
     linear, told = found(stiff, soft=0.0)
     assert not told
     assert np.min(linear.frequencies) == 0.0
+
+
+def test_a_rod_on_a_free_cart_is_no_doubt():
+    """Upright, its gravity acts along the rail by cos(pi/2) = 6e-17 in numbers: the cart is free, and the rod falls
+    with w^2 = m g l/2 (M + m) / ((M + m) m l^2/3 - (m l/2)^2).
+    """
+    M, m, length, g = 1.0, 0.3, 0.8, 9.81
+    along = fmb.Pose.axes(z=(1, 0, 0))
+    model = fmb.Model(
+        gravity=(0, -g, 0),
+        bodies=[
+            fmb.Ground(markers={"r": along}),
+            fmb.RigidBody("cart", mass=M, inertia=(1e-3,) * 3, markers={"r": along, "pin": (0, 0, 0)}),
+            fmb.RigidBody.rod("rod", length=length, mass=m, rotation=(0, 0, np.pi / 2)),
+        ],
+        joints=[
+            fmb.Prismatic("rail", markers=("ground.r", "cart.r")),
+            fmb.Revolute("hinge", markers=("cart.pin", "rod.start")),
+        ],
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        poles = fmb.linearize(model).eigenvalues
+    w = np.sqrt(m * g * length / 2 * (M + m) / ((M + m) * m * length**2 / 3 - (m * length / 2) ** 2))
+    assert np.sort(poles.real) == pytest.approx([-w, 0.0, w], rel=1e-8)

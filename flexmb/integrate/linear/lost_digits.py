@@ -10,6 +10,8 @@ SHARE = 0.01
 """Rounding of the stiffness of a mode, relative to it, from which on it is told: its frequency may be off by half."""
 SURE = 1.0
 """Roundings of its stiffness up to which a zero is one."""
+NONE = 64.0 * np.finfo(float).eps
+"""Share of the highest frequency below which a zero is one: directions of forces are rounded too, as cos(pi/2) is."""
 
 
 def lost_digits(system, stiffness: np.ndarray, shapes: np.ndarray, equations, values, vectors) -> str:
@@ -40,7 +42,8 @@ def lost_digits(system, stiffness: np.ndarray, shapes: np.ndarray, equations, va
     left = np.abs(np.einsum("ik,ij,jk->k", vectors.conj(), equations.K, vectors))
     known = np.where(zero, left, np.abs(values) ** 2 * inertia)
     share = rounding / np.where(known > 0.0, known, np.inf)
-    doubtful = np.where(zero, share < 1.0 / SURE, share > SHARE) & (known > 0.0)
+    none = known <= (NONE * np.abs(values).max()) ** 2 * inertia
+    doubtful = np.where(zero, (share < 1.0 / SURE) & ~none, share > SHARE) & (known > 0.0)
     if not np.any(doubtful):
         return ""
     k = int(np.argmax(np.where(doubtful, np.where(zero, 1.0, share), 0.0)))
