@@ -92,11 +92,12 @@ def find_variable(title: str, variables: dict[str, Any], name: str, *causalities
     """Return a real variable of one of these causalities; ModelError if there is none."""
     found = variables.get(name)
     if found is None or found.causality not in causalities or found.type not in REAL or found.dimensions:
-        known = [v.name for v in variables.values() if v.causality in causalities]
+        fit = [v for v in variables.values() if v.causality in causalities]
+        known = [v.name for v in fit if v.type in REAL and not v.dimensions]
         raise ModelError(
             title,
             found=f"no {causalities[0]} '{name}' that is a real number",
-            expected=f"one of: {listed(name, known)}" if known else f"a unit with a variable that is {causalities[0]}",
+            expected=f"one of: {listed(name, known)}" if known else f"a unit with a real {causalities[0]}, no array",
             remedy=did_you_mean(name, known) or "Correct the connection",
         )
     return found
