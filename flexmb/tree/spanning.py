@@ -134,7 +134,7 @@ def _refuse_bodies_of_nodes(system) -> None:
                 body.title,
                 found=f"{kind} has no frame but nodes of {body.block_size} velocities",
                 expected="bodies with a frame, or points, in the recursion",
-                remedy="Leave the formulation out: the sparse factorisation goes node by node",
+                remedy="Use GeneralizedAlpha or IDA, or Explicit without a formulation: they factorise node by node",
             )
 
 
