@@ -6,28 +6,24 @@ sensor is an atom, a block brings its states, and everything else is a program t
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from flexmb.constraints import Measured
-from flexmb.constraints.loop import LOOP, LOOP_TANGENT, words
-from flexmb.constraints.measured import ACCELERATION, MEASURED, POSITION, REACTION, Projected
+from flexmb.constraints.loop import LOOP, LOOP_TANGENT
+from flexmb.constraints.measured import ACCELERATION, POSITION, REACTION, Projected
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 from flexmb.math.switches import KINK
-from flexmb.math.tables import DAMPED, DIRECT
 from flexmb.model.block import Block, OwnState
-from flexmb.model.expression import SignalProgram, joined_arrays
+from flexmb.model.expression import SignalProgram
 from flexmb.model.function_block import Function
 from flexmb.model.held_block import HeldBlock, HeldValue
 from flexmb.model.measurement import Formula, Measurement, input_program
 from flexmb.model.signal import Constant, Signal
-from flexmb.model.table import in_order
-from flexmb.system.holds import HELD, NEVER, Hold, upstream_first
-from flexmb.system.loop_kinks import Kink, kink_rows, kinks_in, located
-from flexmb.system.loop_programs import LATER, affine_rows, inputs_of, renumbered, with_inputs
+from flexmb.system.holds import HELD, NEVER, Hold
+from flexmb.system.loop_kinks import Kink, kinks_in, located
+from flexmb.system.loop_programs import LATER, inputs_of, with_inputs
+from flexmb.system.loop_row import loop_row
 from flexmb.system.wrenches import Wrenches
 
 __all__ = ["Loops"]
@@ -301,7 +297,7 @@ class Loops:
             return [], []
         forces = dict.fromkeys(atom.part for atom in self.atoms if atom.what == "wrench")
         wrenches, self.n_channels = self.wrenches.rows(forces, self.n_channels)
-        row = self._row(used)
+        row = loop_row(self, used)
         return [*wrenches, (LOOP, LOOP.filled(None, row))], [(LOOP_TANGENT, LOOP_TANGENT.filled(None, row))]
 
     def _locate(self) -> None:
@@ -320,108 +316,3 @@ class Loops:
     def follows_reactions(self) -> bool:
         """Do signals, at sample times, follow reactions?"""
         return any(atom.sort == REACTION for atom in self.atoms)
-
-    def _with_more_derivatives(self) -> list[int]:
-        """Add scalars for the derivatives of wrenches by further pairs; return of which each scalar has more, or -1."""
-        sources = [-1] * len(self.atoms)
-        for k, atom in enumerate(tuple(self.atoms)):
-            if atom.what == "wrench":
-                more = self.wrenches.more_pairs(atom.part)
-                self.atoms += [replace(atom, pair=pair) for pair in more]
-                sources += [k] * len(more)
-        return sources
-
-    def _row(self, used: int) -> dict[str, Any]:
-        compiler, sources = self.compiler, self._with_more_derivatives()
-        n_atoms = len(self.atoms)
-        compiler.writing = compiler.writing or "Signals"
-        numbers = [tuple(self._markers(scalar)) for scalar in self.atoms]
-        legs = tuple(dict.fromkeys(m for of_one in numbers for m in of_one if m >= 0))
-        rows = np.array([in_order(MEASURED, z.record(compiler, legs)) for z in self.atoms], MEASURED)
-        rows["source"] = sources
-        programs = [renumbered(program, n_atoms) for program in self.programs]
-        ops, args, tables = joined_arrays(programs)
-        uses = [inputs_of(program) for program in programs]
-        read = self._atoms_read(uses, n_atoms)
-        for of_one in read:
-            of_one |= {k for k, source in enumerate(sources) if source in of_one}
-        self.holds = upstream_first(self.holds, [self._needs(hold, read) for hold in self.holds])
-        held = [number for hold in self.holds for number in (*hold.branches, hold.clock) if number >= 0]
-        acts, blocks = [], []
-        acting = [*self.rates, *((slot, marker, k) for k, (slot, marker) in enumerate(self.channels))]
-        for slot, marker, component in acting:
-            self._require_explicit(read[slot])
-            own = dict.fromkeys(m for a in read[slot] for m in numbers[a] if m >= 0)
-            acts += [slot, marker, component, len(blocks), len(blocks) + len(own)]
-            writes = DIRECT if len(acts) <= 5 * len(self.rates) else DAMPED
-            blocks += [(legs.index(m), *_block(compiler, marker, m, writes)) for m in own]
-        return {
-            "n_atoms": n_atoms,
-            "atoms": compiler.bulk(rows.view(float)),
-            "n": len(programs),
-            "n_used": used,
-            "programs": compiler.bulk(words(np.cumsum([0] + [len(p.ops) for p in programs]))),
-            "ops": compiler.bulk(words(ops)),
-            "args": compiler.bulk(args),
-            "n_tables": len(tables),
-            "tables": compiler.bulk(np.concatenate([*tables, np.zeros(0)])),
-            "table_starts": compiler.bulk(words(np.cumsum([0] + [len(table) for table in tables]))),
-            "uses": compiler.bulk(words([i for of_one in uses for i in of_one])),
-            "use_starts": compiler.bulk(words(np.cumsum([0] + [len(of_one) for of_one in uses]))),
-            **affine_rows(compiler, programs, self.addresses, uses),
-            "addresses": compiler.bulk(words(self.addresses)),
-            "n_outputs": len(self.outputs),
-            "outputs": compiler.bulk(words(self.outputs)),
-            "n_acts": len(acting),
-            "n_rates": len(self.rates),
-            "acts": compiler.bulk(words(acts)),
-            "blocks": compiler.bulk(words(blocks)),
-            "n_legs": len(legs),
-            "implicit": int(self.follows_accelerations),
-            "n_held": len(held),
-            "held": compiler.bulk(words(held)),
-            **kink_rows(compiler, self.kinks, self.atoms),
-        }
-
-    def _require_explicit(self, read: set[int]) -> None:
-        """Raise ModelError if a force, or the rate of a state, follows a reaction of the same instant."""
-        at_once = next((self.atoms[k] for k in sorted(read) if self.atoms[k].sort == REACTION), None)
-        if at_once is not None:
-            raise ModelError(
-                "Signals",
-                found=f"an algebraic loop: a force or a state follows a reaction of joint '{at_once.part}', which "
-                "follows from all forces at the same instant",
-                expected="a reaction that is sampled",
-                remedy='Write fmb.Sampled(fmb.measured("reaction"), period=1e-3), or make the joint a Bushing and '
-                "measure its force",
-            )
-
-    def _needs(self, hold: Hold, read: list[set[int]]) -> set[int]:
-        """Return the branches whose values a change of a block reads."""
-        slots = [slot for slot, number in self.outputs if number in hold.reads]
-        return {self.atoms[a].held for slot in slots for a in read[slot]} - {-1}
-
-    def _markers(self, scalar: Measured) -> list[int]:
-        """Return the markers that move a scalar."""
-        if scalar.state is not None:
-            return [self.compiler.state_place(*scalar.state)[0]]
-        if scalar.combination is not None:
-            return [self.compiler.combined(scalar.combination)]
-        if scalar.what == "wrench":
-            return list(self.wrenches.place(scalar.part, scalar.pair)[2:])
-        if scalar.sort == REACTION:
-            return []
-        return [self.compiler.marker(name) for name in scalar.markers]
-
-    @staticmethod
-    def _atoms_read(uses: list[list[int]], n_atoms: int) -> list[set[int]]:
-        """Return the atoms on which the result of each program depends."""
-        found: list[set[int]] = []
-        for of_one in uses:
-            found.append({a for i in of_one for a in ((i,) if i < n_atoms else found[i - n_atoms])})
-        return found
-
-
-def _block(compiler, marker: int, leg: int, writes: int) -> tuple[int, int, int]:
-    """Return the pair of markers, and row and column in it, where derivatives of a wrench by a leg stand."""
-    return (compiler.pair(marker, leg, writes), 0, 0 if marker == leg else 6)

@@ -1,0 +1,139 @@
+"""The row of a compiled model that measures, runs the programs of loops, and writes what follows them with tangents."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from flexmb.constraints import Measured
+from flexmb.constraints.loop import words
+from flexmb.constraints.measured import MEASURED, REACTION
+from flexmb.errors import ModelError
+from flexmb.math.tables import DAMPED, DIRECT
+from flexmb.model.expression import joined_arrays
+from flexmb.model.table import in_order
+from flexmb.system.holds import Hold, upstream_first
+from flexmb.system.loop_kinks import kink_rows
+from flexmb.system.loop_programs import affine_rows, inputs_of, renumbered
+
+__all__ = ["loop_row"]
+
+
+def loop_row(loops, used: int) -> dict[str, Any]:
+    """Return the values of the row that measures, runs all programs and writes what follows them.
+
+    Parameters
+    ----------
+    loops : Loops
+    used : int
+        Number of programs that act on forces and states; those behind are looked at for kinks only.
+    """
+    compiler, sources = loops.compiler, _with_more_derivatives(loops)
+    n_atoms = len(loops.atoms)
+    compiler.writing = compiler.writing or "Signals"
+    numbers = [tuple(_markers(loops, scalar)) for scalar in loops.atoms]
+    legs = tuple(dict.fromkeys(m for of_one in numbers for m in of_one if m >= 0))
+    rows = np.array([in_order(MEASURED, z.record(compiler, legs)) for z in loops.atoms], MEASURED)
+    rows["source"] = sources
+    programs = [renumbered(program, n_atoms) for program in loops.programs]
+    ops, args, tables = joined_arrays(programs)
+    uses = [inputs_of(program) for program in programs]
+    read = _atoms_read(uses, n_atoms)
+    for of_one in read:
+        of_one |= {k for k, source in enumerate(sources) if source in of_one}
+    loops.holds = upstream_first(loops.holds, [_needs(loops, hold, read) for hold in loops.holds])
+    held = [number for hold in loops.holds for number in (*hold.branches, hold.clock) if number >= 0]
+    acts, blocks = [], []
+    acting = [*loops.rates, *((slot, marker, k) for k, (slot, marker) in enumerate(loops.channels))]
+    for slot, marker, component in acting:
+        _require_explicit(loops, read[slot])
+        own = dict.fromkeys(m for a in read[slot] for m in numbers[a] if m >= 0)
+        acts += [slot, marker, component, len(blocks), len(blocks) + len(own)]
+        writes = DIRECT if len(acts) <= 5 * len(loops.rates) else DAMPED
+        blocks += [(legs.index(m), *_block(compiler, marker, m, writes)) for m in own]
+    return {
+        "n_atoms": n_atoms,
+        "atoms": compiler.bulk(rows.view(float)),
+        "n": len(programs),
+        "n_used": used,
+        "programs": compiler.bulk(words(np.cumsum([0] + [len(p.ops) for p in programs]))),
+        "ops": compiler.bulk(words(ops)),
+        "args": compiler.bulk(args),
+        "n_tables": len(tables),
+        "tables": compiler.bulk(np.concatenate([*tables, np.zeros(0)])),
+        "table_starts": compiler.bulk(words(np.cumsum([0] + [len(table) for table in tables]))),
+        "uses": compiler.bulk(words([i for of_one in uses for i in of_one])),
+        "use_starts": compiler.bulk(words(np.cumsum([0] + [len(of_one) for of_one in uses]))),
+        **affine_rows(compiler, programs, loops.addresses, uses),
+        "addresses": compiler.bulk(words(loops.addresses)),
+        "n_outputs": len(loops.outputs),
+        "outputs": compiler.bulk(words(loops.outputs)),
+        "n_acts": len(acting),
+        "n_rates": len(loops.rates),
+        "acts": compiler.bulk(words(acts)),
+        "blocks": compiler.bulk(words(blocks)),
+        "n_legs": len(legs),
+        "implicit": int(loops.follows_accelerations),
+        "n_held": len(held),
+        "held": compiler.bulk(words(held)),
+        **kink_rows(compiler, loops.kinks, loops.atoms),
+    }
+
+
+def _with_more_derivatives(loops) -> list[int]:
+    """Add scalars for the derivatives of wrenches by further pairs; return of which each scalar has more, or -1."""
+    sources = [-1] * len(loops.atoms)
+    for k, atom in enumerate(tuple(loops.atoms)):
+        if atom.what == "wrench":
+            more = loops.wrenches.more_pairs(atom.part)
+            loops.atoms += [replace(atom, pair=pair) for pair in more]
+            sources += [k] * len(more)
+    return sources
+
+
+def _require_explicit(loops, read: set[int]) -> None:
+    """Raise ModelError if a force, or the rate of a state, follows a reaction of the same instant."""
+    at_once = next((loops.atoms[k] for k in sorted(read) if loops.atoms[k].sort == REACTION), None)
+    if at_once is not None:
+        raise ModelError(
+            "Signals",
+            found=f"an algebraic loop: a force or a state follows a reaction of joint '{at_once.part}', which "
+            "follows from all forces at the same instant",
+            expected="a reaction that is sampled",
+            remedy='Write fmb.Sampled(fmb.measured("reaction"), period=1e-3), or make the joint a Bushing and '
+            "measure its force",
+        )
+
+
+def _needs(loops, hold: Hold, read: list[set[int]]) -> set[int]:
+    """Return the branches whose values a change of a block reads."""
+    slots = [slot for slot, number in loops.outputs if number in hold.reads]
+    return {loops.atoms[a].held for slot in slots for a in read[slot]} - {-1}
+
+
+def _markers(loops, scalar: Measured) -> list[int]:
+    """Return the markers that move a scalar."""
+    if scalar.state is not None:
+        return [loops.compiler.state_place(*scalar.state)[0]]
+    if scalar.combination is not None:
+        return [loops.compiler.combined(scalar.combination)]
+    if scalar.what == "wrench":
+        return list(loops.wrenches.place(scalar.part, scalar.pair)[2:])
+    if scalar.sort == REACTION:
+        return []
+    return [loops.compiler.marker(name) for name in scalar.markers]
+
+
+def _atoms_read(uses: list[list[int]], n_atoms: int) -> list[set[int]]:
+    """Return the atoms on which the result of each program depends."""
+    found: list[set[int]] = []
+    for of_one in uses:
+        found.append({a for i in of_one for a in ((i,) if i < n_atoms else found[i - n_atoms])})
+    return found
+
+
+def _block(compiler, marker: int, leg: int, writes: int) -> tuple[int, int, int]:
+    """Return the pair of markers, and row and column in it, where derivatives of a wrench by a leg stand."""
+    return (compiler.pair(marker, leg, writes), 0, 0 if marker == leg else 6)
