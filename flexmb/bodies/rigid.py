@@ -314,6 +314,7 @@ class RigidBody(Body):
     def box(cls, name: str, *, size, density: float, **fields) -> RigidBody:
         """Make a box with edges `size` (3,), m, centred on its origin."""
         _require_positive(name, density=density)
+        _require_no_mass(name, fields)
         x, y, z = vector3(size, f"Body '{name}'", "size")
         mass = density * x * y * z
         inertia = (mass * (y * y + z * z) / 12.0, mass * (x * x + z * z) / 12.0, mass * (x * x + y * y) / 12.0)
@@ -324,6 +325,7 @@ class RigidBody(Body):
     def cylinder(cls, name: str, *, radius: float, length: float, density: float, **fields) -> RigidBody:
         """Make a solid cylinder about its z-axis, centred on its origin."""
         _require_positive(name, radius=radius, length=length, density=density)
+        _require_no_mass(name, fields)
         mass = density * np.pi * radius**2 * length
         lateral = mass * (radius**2 / 4.0 + length**2 / 12.0)
         return cls(name, mass=mass, inertia=(lateral, lateral, 0.5 * mass * radius**2), **fields)
@@ -333,8 +335,21 @@ class RigidBody(Body):
     def sphere(cls, name: str, *, radius: float, density: float, **fields) -> RigidBody:
         """Make a solid sphere centred on its origin."""
         _require_positive(name, radius=radius, density=density)
+        _require_no_mass(name, fields)
         mass = density * 4.0 / 3.0 * np.pi * radius**3
         return cls(name, mass=mass, inertia=(0.4 * mass * radius**2,) * 3, **fields)
+
+
+def _require_no_mass(name: str, fields: Mapping[str, Any]) -> None:
+    """Raise ModelError if a shaped body is given what follows from its shape."""
+    for field_name in ("mass", "inertia"):
+        if field_name in fields:
+            raise ModelError(
+                f"Body '{name}'",
+                found=f"{field_name} = {fields[field_name]!r:.80} beside a shape with a density",
+                expected="one of them: mass and inertia follow from shape and density",
+                remedy="Give density = mass/volume, or write a RigidBody with mass and inertia",
+            )
 
 
 def _require_positive(name: str, **values: Any) -> None:

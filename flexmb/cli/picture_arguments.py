@@ -7,7 +7,15 @@ from typing import Any
 
 from flexmb.errors import ModelError
 
-__all__ = ["add_look_arguments", "add_picture_arguments", "direction", "look_settings", "picture_settings"]
+__all__ = [
+    "add_label_argument",
+    "add_look_arguments",
+    "add_picture_arguments",
+    "direction",
+    "given_labels",
+    "look_settings",
+    "picture_settings",
+]
 
 
 def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,6 +42,11 @@ def add_look_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="a body, or joints, springs, supports; repeat for each",
     )
+    add_label_argument(parser)
+
+
+def add_label_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--label``."""
     parser.add_argument(
         "--label",
         metavar="TEXT=MARKER",
@@ -45,6 +58,11 @@ def add_look_arguments(parser: argparse.ArgumentParser) -> None:
 
 def look_settings(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what is hidden, and the labels."""
+    return {"hide": arguments.hide, "labels": given_labels(arguments)}
+
+
+def given_labels(arguments: argparse.Namespace) -> dict[str, str]:
+    """Return the labels: texts, and the markers they stand at."""
     labels = {}
     for given in arguments.label:
         text, equals, marker = given.partition("=")
@@ -56,7 +74,7 @@ def look_settings(arguments: argparse.Namespace) -> dict[str, Any]:
                 remedy='Write --label "track 2=t2_carriage.F"',
             )
         labels[text] = marker
-    return {"hide": arguments.hide, "labels": labels}
+    return labels
 
 
 def direction(text: str | None) -> tuple[float, ...] | None:

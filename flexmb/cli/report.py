@@ -13,7 +13,7 @@ from pathlib import Path
 
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_trust
-from flexmb.cli.picture_arguments import direction
+from flexmb.cli.picture_arguments import add_label_argument, direction, given_labels
 from flexmb.cli.run_folder import open_run, stored_verification
 from flexmb.errors import FlexmbError, ModelError
 from flexmb.files import resolved
@@ -39,10 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--camera", metavar="X,Y,Z", help="direction to look from; default: chosen by extent and motion"
     )
+    add_label_argument(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    camera = direction(arguments.camera)
+    camera, labels = direction(arguments.camera), given_labels(arguments)
     runs = {_name(path, arguments.run): open_run(path, trust=arguments.trust) for path in arguments.run}
     if len(runs) < len(arguments.run):
         raise ModelError(
@@ -69,6 +70,7 @@ def execute(arguments: argparse.Namespace) -> int:
         verified=verified,
         pictures=not arguments.no_pictures,
         camera=camera,
+        labels=labels,
         diagrams=arguments.diagram,
     )
     print(f"Report: {written}")

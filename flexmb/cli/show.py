@@ -54,6 +54,13 @@ def execute(arguments: argparse.Namespace) -> int:
             expected="a reduced body (.h5), or a deck (.bdf, .dat, .inp)",
             remedy=f"For a model: flexmb check {source}, flexmb view {source}; to show a body, name its data file",
         )
+    if source.is_dir():
+        raise ModelError(
+            f"Folder '{source}'",
+            found="it is no file",
+            expected="a reduced body (.h5), or a deck (.bdf, .dat, .inp)",
+            remedy=f"For a run folder: flexmb render {source}, flexmb report {source}; a body: name its file",
+        )
     data = fmb.ModalNeutralData.load(source)
     print(data.report())
     print()

@@ -179,7 +179,22 @@ class MeshFile(metaclass=Described):
         """Return the FE model of the mesh."""
         mesh = self._mesh()
         for stretch in self.stretch:
+            self._require_between(stretch, mesh.points)
             mesh = replace(mesh, points=stretch.moved(mesh.points))
         if self.thickness is None:
             return solid(mesh, self.material, lumped=self.lumped)
         return shell(mesh, self.material, self.thickness, lumped=self.lumped)
+
+    def _require_between(self, stretch: Stretch, points: np.ndarray) -> None:
+        """Raise ModelError if all of the mesh lies on one side of a stretch: it would change nothing."""
+        low, high = stretch.between
+        along = points @ stretch.along
+        if along.max() <= low or along.min() >= high:
+            axis = ", ".join(f"{x:.3g}" for x in stretch.along)
+            raise ModelError(
+                self.title,
+                found=f"a stretch between {low:.6g} and {high:.6g} m along ({axis}); the mesh reaches "
+                f"from {along.min():.6g} to {along.max():.6g} m there",
+                expected="planes with some of the mesh between them",
+                remedy="Give between in metres, after scale; a mesh in millimetres has scale = 1e-3",
+            )

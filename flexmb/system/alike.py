@@ -19,7 +19,7 @@ from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.model.model import Model
 from flexmb.system.accelerations import accelerations
-from flexmb.system.assembly import softened
+from flexmb.system.assembly import MEETS, softened
 from flexmb.system.compile import compile
 from flexmb.system.complaints import equations_of_forces
 from flexmb.system.fit import misfits, require_fit
@@ -149,7 +149,8 @@ class Alike:
         system = replace(
             system, lengths=lengths, units=velocity_units(system, lengths, inertia), gaps=np.zeros(system.ng)
         )
-        if np.any(drawn > (ROUND if redundant else CLOSED) * lengths.equations) or misfits(model):
+        closed = ROUND if redundant else CLOSED if self.rigid else MEETS
+        if np.any(drawn > closed * lengths.equations) or misfits(model):
             return None
         if redundant:
             parts = constraint_matrix(system, work)

@@ -51,6 +51,8 @@ FAINT = 1.0
 """Share of the largest motion that counts as a term of every equation: rounding in it is everywhere."""
 STANDING = 1e-7
 """Lengths, or rad, per second (and per second squared): slower motion counts as rest, and its residual as rounding."""
+MEETS = 1e-9
+"""Gap, relative to the assembly (lengths) or in rad, that is rounding of a drawing."""
 ROUNDS = 3
 """Times that assembly looks for dependent equations: the drawing and the mechanism may have different ones."""
 
@@ -92,7 +94,11 @@ def assemble(
     for k, branch in enumerate(system.branch_names):
         state.q[system.program.branches + k] = given.get(("branch", branch), state.q[system.program.branches + k])
     system = _with_lengths(system, state, work)
+    drawn = state._replace(q=state.q.copy(), u=state.u.copy())
+    opened = np.any(np.abs(work.equations["g"]) > MEETS * system.lengths.equations)
     system = _assemble(system, state, work, tolerance)
+    if opened:
+        _straighten(system, state, work, drawn, tolerance)
     flat = flat_equation(system, state, work)
     if flat is not None:
         raise flat
@@ -140,6 +146,31 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
     if done < 0 and np.any(g > bounds):
         raise idle_equation(system, state, work) or open_joint(system, work)
     return system
+
+
+def _straighten(system: System, state: State, work, drawn: State, tolerance: float) -> None:
+    """Take out of `state` what assembly has bent needlessly.
+
+    `project` prefers motion to deformation by a factor. A millimetre in the drawing still bends a stiff body by a
+    tenth of a micron, which is a force, and it rings. From where the bodies have been moved to, hardly any gap is left.
+    """
+    elastic = np.zeros(len(state.q), bool)
+    for body in system.model.bodies:
+        if body.has_frame and body.n_vector:
+            end = system.slices[body.name][0].stop
+            elastic[end - body.n_vector : end] = True
+    if np.array_equal(state.q[elastic], drawn.q[elastic]):
+        return
+    right, bounds = np.zeros(system.nu + system.ng), system.bounds(tolerance)
+    for _ in range(ROUNDS):
+        before = state.q.copy(), state.u.copy()
+        state.q[elastic], state.u[:] = drawn.q[elastic], drawn.u
+        if project(system.program, state, work, right, state.q, bounds, system.gaps, system.units, 60) < 0:
+            state.q[:], state.u[:] = before
+            return
+        bent = [float(np.linalg.norm(q[elastic] - drawn.q[elastic])) for q in (before[0], state.q)]
+        if bent[1] > 0.1 * bent[0]:  # something must bend, or only rounding is left
+            return
 
 
 def _runaway(system: System, state: State, work) -> CompileError:

@@ -56,12 +56,13 @@ def require_fit(model) -> None:
         for place in places:
             if place.joint.permits:
                 continue
-            distance = _apart(model, place)
+            ends = _ends(model, place)
+            distance = float(np.linalg.norm(ends[0] - ends[1]))
             if distance > APART * size:
                 raise CompileError(
                     body.title,
                     found=f"its '{place.own}' is {distance:.3g} m away from '{place.other}', to which "
-                    f"{place.joint.title} fixes it",
+                    f"{place.joint.title} fixes it: they are at {_told(ends[0])} m and {_told(ends[1])} m",
                     expected=f"markers that meet in the drawing, within {APART:g} of the body's size ({size:.3g} m)",
                     remedy="Was it made of other parameters? Reduce it again, or describe it in the model file; else "
                     "correct at= and rotation=",
@@ -112,12 +113,17 @@ def _misfit(one: _Place, two: _Place) -> tuple[float, float, float]:
     return abs(own - other), own, other
 
 
-def _apart(model, place: _Place) -> float:
-    """Return how far two markers are from each other in the drawing, m."""
+def _told(at) -> str:
+    """Return a place in words."""
+    return f"({', '.join(f'{x:.4g}' for x in at)})"
+
+
+def _ends(model, place: _Place) -> list[np.ndarray]:
+    """Return where two markers are in the drawing, (3,), m, in W."""
     ends = []
     for marker, at in ((place.own, place.own_at), (place.other, place.other_at)):
         body = model.body(marker.partition(".")[0])
         rotation = getattr(body, "rotation", None)
         turn = np.eye(3) if rotation is None else np.asarray(rotation, float)
         ends.append(np.asarray(getattr(body, "at", (0.0, 0.0, 0.0)), float) + turn @ at)
-    return float(np.linalg.norm(ends[0] - ends[1]))
+    return ends

@@ -14,7 +14,7 @@ from flexmb.results import recover
 from flexmb.view.graphics import require_graphics
 from flexmb.view.stage import Look, Stage
 
-__all__ = ["largest_stress", "overlay", "render", "upwards"]
+__all__ = ["largest_stress", "overlay", "places", "render", "upwards"]
 
 STILL = (".png", ".jpg")
 MOVING = (".gif", ".mp4")
@@ -67,7 +67,7 @@ def render(
     try:
         stage.add_state(frames[0] if picture.suffix in MOVING else frames[-1])
         if picture.suffix in STILL:
-            stage.label(_places(scene, labels, frames[-1]))
+            stage.label(places(scene, labels, frames[-1]))
         stage.look_from(camera, upwards(solution.model), frames if picture.suffix in MOVING else ())
         with replacing(picture, f"Picture '{picture}'") as file:
             if picture.suffix in STILL:
@@ -101,7 +101,7 @@ def overlay(
         for number, frame in enumerate(frames[:-1]):
             stage.add_state(frame, Look(opacity=0.15 + 0.2 * (number + 1) / len(frames), color="#5b7fa6"))
         stage.add_state(frames[-1])
-        stage.label(_places(scene, labels, frames[-1]))
+        stage.label(places(scene, labels, frames[-1]))
         stage.plotter.enable_depth_peeling(8)
         stage.look_from(camera, upwards(solution.model))
         with replacing(picture, f"Picture '{picture}'") as file:
@@ -129,7 +129,7 @@ def _hidden(scene: Scene, hide: Sequence[str]) -> tuple[str, ...]:
     return names
 
 
-def _places(scene: Scene, labels: Mapping[str, str] | None, frame: int) -> dict[str, np.ndarray]:
+def places(scene: Scene, labels: Mapping[str, str] | None, frame: int) -> dict[str, np.ndarray]:
     """Return the places (3,), m, in W of the labels' markers at a frame."""
     phase, row = scene.samples[frame]
     series = scene.solution.series(phase)

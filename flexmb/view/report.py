@@ -17,7 +17,7 @@ from flexmb.io.web_page import page
 from flexmb.view import report_model, report_results, report_stress, report_trust
 from flexmb.view.curves import COLORS
 from flexmb.view.graphics import require_graphics
-from flexmb.view.pictures import largest_stress, upwards
+from flexmb.view.pictures import largest_stress, places, upwards
 from flexmb.view.report_results import Run, event_times
 from flexmb.view.stage import Stage
 
@@ -47,6 +47,7 @@ def report(
     verified: Mapping[str, Any] | None = None,
     pictures: bool = True,
     camera=None,
+    labels: Mapping[str, str] | None = None,
     diagrams: Sequence[Any] = (),
 ) -> Path:
     """Write a report and return its path: model, mobility, pictures, curves, loads, energy, modes, solver.
@@ -65,6 +66,8 @@ def report(
         Draw still pictures; a machine that cannot draw leaves them out and says so in the page.
     camera : (3,), optional
         Direction to look from.
+    labels : mapping of text to marker, optional
+        Texts in the pictures of the runs that have the marker, "body.marker".
     diagrams : sequence of Diagram or text
         Sensors over others, of all runs on one scale: "flap angle over lever angle". They come before the curves.
 
@@ -81,7 +84,7 @@ def report(
     if not given:
         raise FlexmbError("Report", found="there is no run", expected="at least one", remedy="Give a solution")
     named = [Run(str(name), solution, COLORS[k % len(COLORS)]) for k, (name, solution) in enumerate(given.items())]
-    text = _page(named, checks or {}, verified or {}, pictures, camera, diagrams)
+    text = _page(named, checks or {}, verified or {}, pictures, camera, labels or {}, diagrams)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8", errors="replace")
@@ -96,7 +99,13 @@ def report(
 
 
 def _page(
-    runs: list[Run], checks: Mapping[str, Any], verified: Mapping[str, Any], pictures: bool, camera, diagrams=()
+    runs: list[Run],
+    checks: Mapping[str, Any],
+    verified: Mapping[str, Any],
+    pictures: bool,
+    camera,
+    labels: Mapping[str, str],
+    diagrams=(),
 ) -> str:
     described = runs[0].solution.model
     name = described.name if described is not None else runs[0].name
@@ -105,7 +114,7 @@ def _page(
     if several:
         parts.append(report_model.differences(runs))
     if pictures:
-        parts.append(_stills(runs, camera))
+        parts.append(_stills(runs, camera, labels))
     parts.append(report_results.diagrams(runs, diagrams))
     parts += [report_results.curves(runs), _wide(report_results.extremes(runs)), _wide(report_results.loads(runs))]
     parts += [_wide(report_stress.stresses(runs)), report_results.energy(runs), report_trust.trust(runs, verified)]
@@ -136,8 +145,12 @@ def _summary(runs: list[Run]) -> str:
     return f"<p>{len(runs)} runs: {marked}</p><p class='note'>{counts}; {span} (first run)</p>"
 
 
-def _stills(runs: list[Run], camera) -> str:
+def _stills(runs: list[Run], camera, labels: Mapping[str, str]) -> str:
     """Pictures at the start, at events (or half way) and at the end; of several runs their ends."""
+    own = {run.name: _known_labels(run.solution.model, labels) for run in runs if run.solution.model is not None}
+    for text, marker in labels.items():
+        if own and not any(text in found for found in own.values()):
+            next(run.solution.model for run in runs if run.name in own).marker(marker, f"Report, label '{text}'")
     try:
         require_graphics()
     except FlexmbError as error:
@@ -155,11 +168,18 @@ def _stills(runs: list[Run], camera) -> str:
             stage.look_from(camera, upwards(run.solution.model), list(range(len(scene.times))))
             for frame in frames:
                 stage.move_to(frame)
+                stage.label(places(scene, own[run.name], frame))
                 title = f"t = {scene.times[frame]:.4g} s" + (f", {run.name}" if len(runs) > 1 else "")
                 figures.append(report_results.figure(title, _image(stage.picture(), title)))
         finally:
             stage.close()
     return f'<h2>Pictures</h2><div class="stills">{"".join(figures)}</div>' if figures else ""
+
+
+def _known_labels(model, labels: Mapping[str, str]) -> dict[str, str]:
+    """Return the labels at markers that a model has."""
+    known = set(model.marker_names())
+    return {text: marker for text, marker in labels.items() if marker in known}
 
 
 def _chosen(scene: Scene, solution) -> list[int]:

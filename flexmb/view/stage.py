@@ -116,7 +116,7 @@ class Stage:
         self.plotter.renderer.reset_camera_clipping_range()
 
     def label(self, places: Mapping[str, np.ndarray]) -> None:
-        """Write texts at places (3,), m, in W, in front of everything."""
+        """Write texts at places (3,), m, in W, in front of everything, instead of those written before."""
         if places:
             self.plotter.add_point_labels(
                 np.array(list(places.values()), float),
@@ -129,6 +129,7 @@ class Stage:
                 point_size=9,
                 point_color="#26303a",
                 always_visible=True,
+                name="labels",
             )
 
     def picture(self) -> np.ndarray:

@@ -43,6 +43,14 @@ def test_a_pendulum_about_another_axis(data):
     np.testing.assert_allclose(free, plain, atol=1e-9)
 
 
+def test_a_place_with_the_digits_of_a_mesh(data):
+    """Bores of a mesh lie a few nanometres beside where they were drawn: described places may be the drawn ones."""
+    body = fmb.FloatingBody("beam", data=data, markers={"b": fmb.Pose((1.0 + 2e-8, 1e-8, 0))})
+    np.testing.assert_array_equal(body.marker_poses()["b"].at, (1.0, 0.0, 0.0))
+    with pytest.raises(ModelError, match=r"marker b at \(1.00001, 0, 0\) m.*its place in the data, \(1, 0, 0\) m"):
+        fmb.FloatingBody("beam", data=data, markers={"b": fmb.Pose((1.0 + 1e-5, 0, 0))})
+
+
 def test_messages(data):
     with pytest.raises(ModelError, match=r"turns 'c', which the data does not have.*Interfaces and stations: a, b"):
         fmb.FloatingBody("beam", data=data, markers={"c": fmb.Pose.axes(z=(1, 0, 0))})

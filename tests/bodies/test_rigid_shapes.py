@@ -37,3 +37,9 @@ def test_a_radius_must_be_positive(radius):
     message = r"Body 'rod': radius = -?0\.[01]\. Expected: a number > 0 in SI units\. Give radius a value"
     with pytest.raises(ModelError, match=message):
         fmb.RigidBody.rod("rod", length=1.0, mass=1.0, radius=radius)
+
+
+@pytest.mark.parametrize("given", [{"mass": 2.0}, {"inertia": (1.0, 1.0, 1.0)}])
+def test_a_shape_with_a_density_has_its_mass(given):
+    with pytest.raises(ModelError, match=r"Body 'camera': (mass|inertia) = .*density = mass/volume"):
+        fmb.RigidBody.box("camera", size=(0.1, 0.1, 0.1), density=100.0, **given)

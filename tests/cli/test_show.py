@@ -84,3 +84,8 @@ def test_data_without_a_mesh(bracket, capsys):
 def test_missing_file(tmp_path, capsys):
     assert main(["show", str(tmp_path / "none.h5")]) == 2
     assert "none.h5" in capsys.readouterr().err
+
+
+def test_a_run_folder_is_no_body(tmp_path, capsys):
+    assert main(["show", str(tmp_path)]) == 2
+    assert f"For a run folder: flexmb render {tmp_path}" in capsys.readouterr().err

@@ -136,6 +136,18 @@ def test_a_stretched_mesh():
     assert (b.M.sum() - a.M.sum()) / 3.0 == pytest.approx(density * web * 0.1, rel=1e-3)
 
 
+def test_a_stretch_beside_the_mesh_is_refused():
+    """Planes in millimetres for a mesh in metres would change nothing, whatever the parameter."""
+    for between in ((150, 500), (-2.0, -1.0)):
+        lever = parts.MeshFile(
+            file=MESHES / "lever_arm.msh",
+            material="titanium",
+            stretch=parts.Stretch(along=(1, 0, 0), between=between, by=0.1),
+        )
+        with pytest.raises(FlexmbError, match=r"the mesh reaches from -0\.1.* to 0\.6.*some of the mesh between"):
+            lever.finite_elements()
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

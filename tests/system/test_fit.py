@@ -69,6 +69,8 @@ def test_an_interface_far_from_its_fixed_marker_is_refused(data):
         ],
     )
     with pytest.raises(
-        CompileError, match=r"its 'beam.b' is 0.3 m away from 'fitting.beam', to which Joint 'tip fitting'"
+        CompileError,
+        match=r"its 'beam.b' is 0.3 m away from 'fitting.beam', to which Joint 'tip fitting' fixes it: "
+        r"they are at \(1, 0, 0\) m and \(1.3, 0, 0\) m",
     ):
         fmb.check(model)

@@ -186,6 +186,20 @@ def test_pictures_and_modes(solution, tmp_path):
     assert "Modes of flexible bodies" in page.headings
 
 
+@pytest.mark.render
+def test_labels_in_pictures(solution, tmp_path):
+    """A text at a marker is in every still; a marker that no run has is named."""
+    marker = next(name for name in solution.model.marker_names() if not name.startswith("ground"))
+    pages = [
+        view.report(solution, tmp_path / "page.html", labels=labels).read_text() for labels in ({}, {"tip": marker})
+    ]
+    plain, labelled = (re.findall(r'src="data:image/png;base64,([^"]+)"', page) for page in pages)
+    assert len(plain) == len(labelled) > 0
+    assert all(one != two for one, two in zip(plain, labelled))
+    with pytest.raises(FlexmbError, match=r"label 'tip'.*nothing"):
+        view.report({"one": solution}, tmp_path / "page.html", labels={"tip": "nothing.tip"})
+
+
 def test_no_pictures_where_nothing_can_be_drawn(swing, tmp_path, monkeypatch):
     monkeypatch.setattr(graphics, "_outcome", lambda: -11)
     text, _ = read(report(swing, tmp_path / "report.html"))

@@ -28,6 +28,8 @@ from flexmb.model.table import Table
 __all__ = ["FloatingBody"]
 
 STIFFENING = ("inertia", "interface", "loads", "preload")
+NEAR = 1e-6
+"""Of the body's size: the digits of a mesh file, by which a described place of a marker may differ from its own."""
 """The groups of geometric stiffness, in the order of their matrices."""
 
 
@@ -175,6 +177,7 @@ class FloatingBody(Body):
     def _check_markers(self) -> None:
         """Store the given marker axes as poses at the places of the data."""
         places = dict(zip(self.data.marker_names, self.data.marker_positions, strict=True))
+        near = NEAR * float(np.linalg.norm(np.ptp(self.data.nodes, axis=0)))
         poses = {}
         for name, value in (self.markers or {}).items():
             if name not in places:
@@ -185,11 +188,11 @@ class FloatingBody(Body):
                     remedy=did_you_mean(name, places) or "Add it to the reduction as interface or station",
                 )
             pose, at = as_pose(value, self.title, f"marker {name}"), vector3(places[name], self.title, name)
-            if any(pose.at) and not np.allclose(pose.at, at, rtol=1e-6, atol=1e-9):
+            if any(pose.at) and np.linalg.norm(np.subtract(pose.at, at)) > near:
                 raise ModelError(
                     self.title,
-                    found=f"marker {name} at {pose.at} m",
-                    expected=f"its place in the data, {at} m",
+                    found=f"marker {name} at {_told(pose.at)} m",
+                    expected=f"its place in the data, {_told(at)} m",
                     remedy="Give axes only, or add a station to the reduction at that place",
                 )
             poses[name] = Pose(at, pose.matrix)
@@ -310,6 +313,11 @@ class FloatingBody(Body):
         for name in data.marker_names[: data.n_interfaces]:
             number = compiler.marker(f"{self.name}.{name}")
             markers[number]["iH"] = compiler.reserve_H(6 * int(markers[number]["nu"]))
+
+
+def _told(at) -> str:
+    """Return a place in words."""
+    return f"({', '.join(f'{x:.6g}' for x in at)})"
 
 
 def _reduced(data: Any) -> Any:
