@@ -70,7 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _let_termination_interrupt()
         _write_what_the_terminal_can()
         _require_memory()
-        given = _parser().parse_args(arguments)
+        words = sys.argv[1:] if arguments is None else list(arguments)
+        given = _parser(words).parse_args(words)
         command = f"flexmb {given.verb}"
         _check_names(given)
         from flexmb.parts import watching  # numba comes with it, which nobody waits for who asks for help
@@ -194,7 +195,8 @@ def _shows_warnings():
     return show
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
+    """Return the parser of a command line; verbs that are not in it have no arguments, which import what they name."""
     parser = argparse.ArgumentParser(
         prog="flexmb",
         description="Flexible multibody dynamics from finite element meshes.",
@@ -209,7 +211,8 @@ def _parser() -> argparse.ArgumentParser:
             description=verb.__doc__,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        verb.add_arguments(own)
+        if verb.NAME in words:
+            verb.add_arguments(own)
         own.set_defaults(execute=verb.execute)
     return parser
 

@@ -42,12 +42,17 @@ def _minus(x: Interval) -> Interval:
 
 def _times(x: Interval, y: Interval) -> Interval:
     # zero times a bound that does not exist is zero: the factor is exactly zero on the whole cell
-    products = [np.where((a == 0.0) | (b == 0.0), 0.0, a * b) for a in x for b in y]
-    return np.minimum.reduce(products), np.maximum.reduce(products)
+    a, b, c, d = (_without_nan(one * two) for one in x for two in y)
+    return np.minimum(np.minimum(a, b), np.minimum(c, d)), np.maximum(np.maximum(a, b), np.maximum(c, d))
+
+
+def _without_nan(product):
+    return np.where(np.isnan(product), 0.0, product)
 
 
 def _scaled(x: Interval, factor) -> Interval:
-    return _times(x, (np.asarray(factor, float), np.asarray(factor, float)))
+    a, b = (_without_nan(one * np.asarray(factor, float)) for one in x)
+    return np.minimum(a, b), np.maximum(a, b)
 
 
 def _square(x: Interval) -> Interval:
