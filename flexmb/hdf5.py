@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from flexmb.drain import Drain
 from flexmb.errors import DataFileError, FlexmbError
 from flexmb.files import complaints, on_disk, replacing
+from flexmb.found import no_file_because
 from flexmb.hdf5_seal import BROKEN, WHOLE, end_of, probe, seal, state_of
 
 if TYPE_CHECKING:
@@ -23,6 +24,11 @@ if TYPE_CHECKING:
 
 __all__ = ["end_of", "reading", "reading_foreign", "writing"]
 
+_PURPOSES = {
+    "flexmb.solution": "It is the solution of a run: give its folder to flexmb report, view, plot or export",
+    "flexmb.modal_neutral_data": "It is a reduced body: flexmb show tells what is in it",
+}
+"""What to do with a good file of ours that is of another kind than the one wanted."""
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LIBVER = ("earliest", "v110")  # 'latest' of a new HDF5 writes objects that the HDF5 inside VTK cannot read
 
@@ -127,10 +133,10 @@ def _stamp(file: h5py.File, schema: str | None, version: int | None) -> None:
 
 
 def _check_signature(path: Path, part: str, schema: str) -> None:
-    if not path.is_file():
+    if (found := no_file_because(path, (".h5",), "the file does not exist")) is not None:
         near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}"))[:5] if path.parent.is_dir() else []
-        there = f"The folder has: {', '.join(near)}" if near else "Check the path"
-        raise DataFileError(part, found="the file does not exist", expected=f"a file of kind '{schema}'", remedy=there)
+        there = f"The folder has: {', '.join(near)}" if near and "does not exist" in found.what else "Check the path"
+        raise DataFileError(part, found=found.what, expected=f"a file of kind '{schema}'", remedy=found.remedy or there)
     try:
         with path.open("rb") as stream:
             head = stream.read(len(_SIGNATURE))
@@ -141,7 +147,7 @@ def _check_signature(path: Path, part: str, schema: str) -> None:
             part,
             found=f"this is not an HDF5 file (it begins with {head!r})",
             expected=f"an HDF5 file of kind '{schema}'",
-            remedy="Give the .h5 file that flexmb wrote; meshes are read with fem.read_mesh"
+            remedy="Give the .h5 file that flexmb wrote; flexmb reduce makes one of a mesh"
             if schema.startswith("flexmb.")
             else "Write the file again, or give it the suffix of its format",
         )
@@ -170,11 +176,12 @@ def _check_schema(file: h5py.File, part: str, schema: str, version: int) -> None
     found = file.attrs.get("schema")
     if found != schema:
         what = "no schema attribute" if found is None else f"the schema '{found}'"
+        right = _PURPOSES.get(str(found), "The file belongs to another purpose or program: give the right file")
         raise DataFileError(
             part,
             found=f"{what}",
             expected=f"the schema '{schema}'",
-            remedy="The file belongs to another purpose or program: give the right file",
+            remedy=right,
         )
     number = int(file.attrs.get("schema_version", -1))
     if number != version:

@@ -110,6 +110,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _check_names(given: argparse.Namespace) -> None:
     """Raise ModelError for an argument that no file and no parameter can be called: a program may pass one."""
     for name, value in vars(given).items():
+        if name in ("model", "run", "data", "mesh") and "" in (value if isinstance(value, list) else [value]):
+            raise ModelError(
+                f"flexmb {given.verb}",
+                found="an empty name",
+                expected=f"the name of a {'run folder' if name == 'run' else 'file'}",
+                remedy="Is a variable of the shell empty?",
+            )
         for text in value if isinstance(value, list | tuple) else [value]:
             if isinstance(text, str) and "\0" in text:
                 raise ModelError(

@@ -15,6 +15,7 @@ import numpy as np
 
 from flexmb.cli.state_arguments import add_band, add_ports, add_state_arguments, band, plant
 from flexmb.errors import DataFileError, ModelError
+from flexmb.found import no_file_because
 
 NAME = "psd"
 REACH, STEP = 20.0, 0.05
@@ -99,6 +100,13 @@ def _density(text: str):
 
 def _table(path: Path):
     """Return the function through the rows of a file: frequency, Hz, and density."""
+    if (lacking := no_file_because(path, (".csv", ".txt"))) is not None:
+        raise DataFileError(
+            f"--density {path}",
+            found=lacking.what,
+            expected="a number, or a file with rows of frequency, density",
+            remedy=lacking.remedy or "Correct the number, or the path",
+        )
     try:
         rows = np.loadtxt(path, delimiter=",", ndmin=2, comments=("#", "f", '"'))
     except (OSError, ValueError, UnicodeDecodeError) as error:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import flexmb as fmb
+from flexmb.cli.mesh_argument import require_mesh
 from flexmb.cli.progress import ProgressBar
 from flexmb.errors import ModelError, did_you_mean
 
@@ -129,6 +130,7 @@ def _add_basis(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     from flexmb import fem, io, reduction
 
+    require_mesh(Path(arguments.mesh))
     deck = _is_deck(arguments)
     words = [f"{word}={word}" if deck and "=" not in word else word for word in arguments.interface]
     named = _named(words, "--interface")

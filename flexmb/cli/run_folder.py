@@ -13,6 +13,7 @@ from types import TracebackType
 import flexmb as fmb
 from flexmb.errors import DataFileError, ModelError, did_you_mean
 from flexmb.files import complaints, remove_parts, resolved
+from flexmb.found import folder_in_words, no_file_because, runs_below
 from flexmb.lock import Lock
 
 __all__ = [
@@ -30,6 +31,8 @@ __all__ = [
 
 MODEL, SOLUTION, TABLE, LOG = "model.toml", "solution.h5", "sensors.csv", "log.txt"
 VERIFICATION = "verification.json"
+MOST = 4
+"""Runs that a message proposes."""
 
 
 @contextmanager
@@ -96,17 +99,42 @@ def open_run(folder: str | Path, *, trust: bool = False) -> fmb.Solution:
     """
     folder = Path(folder)
     if not (folder / SOLUTION).is_file():
-        runs = sorted(p.parent.name for p in folder.parent.glob(f"*/{SOLUTION}")) if folder.parent.is_dir() else []
-        raise DataFileError(
-            f"Run folder '{folder}'",
-            found=f"there is no {SOLUTION}" if folder.is_dir() else "it does not exist",
-            expected="a folder written by `flexmb run`" + (f"; beside it: {', '.join(runs)}" if runs else ""),
-            remedy=did_you_mean(folder.name, runs) or "Correct the path, or run the model first",
-        )
+        raise _no_run(folder)
     stored = fmb.Solution.load(folder / SOLUTION, read_model=partial(fmb.read_model_text, trust=trust))
     if stored.model is not None or not (folder / MODEL).is_file():
         return stored
     return fmb.Solution.load(folder / SOLUTION, model=fmb.load_model(folder / MODEL, trust=trust))
+
+
+def _no_run(folder: Path) -> DataFileError:
+    """Return what is said of a path that is no run folder: what is there, and which folder may be meant."""
+    beside = sorted(p.parent.name for p in folder.parent.glob(f"*/{SOLUTION}")) if folder.parent.is_dir() else []
+    inside = runs_below(folder) if folder.is_dir() else []
+    remedy = did_you_mean(folder.name, beside) or "Correct the path, or run the model first"
+    if folder.is_dir():
+        kind = folder_in_words(folder)
+        found = f"there is no {SOLUTION}" + ("" if kind == "a folder" else f", it is {kind}")
+        if inside:
+            remedy = f"Name one of the runs in it: {', '.join(inside[:MOST])}{', ...' if len(inside) > MOST else ''}"
+    elif folder.is_file():
+        found = "it is a file"
+        if (folder.parent / SOLUTION).is_file():
+            found, remedy = "it is a file in a run folder", f"Name the folder: {folder.parent}"
+        elif folder.suffix.lower() == ".toml":
+            found, usual = "it is a model file", Path("runs") / folder.stem
+            made = (usual / SOLUTION).is_file()
+            remedy = f"Name its run folder: {usual}" if made else f"Run it first: flexmb run {folder}"
+        elif folder.suffix.lower() == ".h5":
+            remedy = f"Name a folder; what a data file holds: flexmb show {folder}"
+    else:
+        found, known = no_file_because(folder, missing="it does not exist") or ("it is no folder", "")
+        remedy = known if folder.is_symlink() or "entered" in found or "way" in found else remedy
+    return DataFileError(
+        f"Run folder '{folder}'",
+        found=found,
+        expected="a folder written by `flexmb run`" + (f"; beside it: {', '.join(beside)}" if beside else ""),
+        remedy=remedy,
+    )
 
 
 def stored_verification(folder: str | Path) -> fmb.Verification | None:

@@ -47,12 +47,12 @@ def execute(arguments: argparse.Namespace) -> int:
     source = Path(arguments.data)
     if source.suffix.lower() in fem.DECK_READERS:
         return _show_deck(arguments, source)
-    if source.suffix.lower() == ".toml":
+    if source.suffix.lower() == ".toml" and source.is_file():
         raise ModelError(
             f"Model file '{source}'",
             found="it describes a model",
             expected="a reduced body (.h5), or a deck (.bdf, .dat, .inp)",
-            remedy=f"For a model: flexmb check {source}, flexmb view {source}; to show a body, name its data file",
+            remedy=f"For a model: flexmb check {source}, flexmb run {source}; to show a body, name its data file",
         )
     if source.is_dir():
         raise ModelError(

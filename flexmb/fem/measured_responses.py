@@ -14,6 +14,7 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.meshes.universal_datasets import damaged, datasets
+from flexmb.found import no_file_because
 
 __all__ = ["MeasuredResponse", "read_measured_responses"]
 
@@ -69,8 +70,9 @@ def read_measured_responses(path: str | Path) -> tuple[MeasuredResponse, ...]:
     """
     path = Path(path)
     part = f"Universal file '{path}'"
-    if not path.is_file():
-        raise MeshError(part, found="no such file", expected="an existing file", remedy="Check its name")
+    if (lacking := no_file_because(path, (".unv", ".uff"))) is not None:
+        remedy = lacking.remedy or "Check its name"
+        raise MeshError(part, found=lacking.what, expected="an existing file", remedy=remedy)
     found, others = [], set()
     for number, lines in datasets(path, part):
         response = None

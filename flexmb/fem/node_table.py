@@ -13,6 +13,7 @@ from flexmb.fem.foreign_files import understood
 from flexmb.fem.matrices.nastran import nastran_cards, nastran_float
 from flexmb.fem.meshes.abaqus_cards import read_abaqus_cards
 from flexmb.fem.meshes.nastran_cards import read_nastran_cards
+from flexmb.found import no_file_because
 
 __all__ = ["NodeTable", "node_table"]
 
@@ -40,8 +41,9 @@ def node_table(source) -> NodeTable:
             )
         return NodeTable(np.arange(1, len(positions) + 1), positions)
     path = Path(source)
-    if not path.is_file():
-        raise MeshError(f"Mesh file '{path}'", found="no such file", expected="a file", remedy="Check the folder")
+    if (found := no_file_because(path)) is not None:
+        remedy = found.remedy or "Check the folder"
+        raise MeshError(f"Mesh file '{path}'", found=found.what, expected="a file", remedy=remedy)
     read = _abaqus if path.suffix.lower() == ".inp" else _nastran
     with understood(f"Mesh file '{path}'", "a complete mesh of the matrices", "Write the mesh again", path):
         labels, positions, sets = read(path)

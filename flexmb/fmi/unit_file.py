@@ -8,6 +8,7 @@ from typing import Any
 
 from flexmb.errors import DataFileError, FlexmbError, IntegrationError, ModelError, did_you_mean, listed
 from flexmb.fmi.archive import require_archive
+from flexmb.found import no_file_because
 
 __all__ = ["FATAL", "Speaking", "find_variable", "fmpy_package", "load_unit", "read_unit", "require_platform"]
 
@@ -36,8 +37,9 @@ def fmpy_package() -> Any:
 def read_unit(path: Path, title: str, folder: str) -> tuple[Any, Any, str]:
     """Return fmpy, the description of a unit, and where it was unpacked; DataFileError if it is none."""
     fmpy = fmpy_package()
-    if not path.is_file():
-        raise DataFileError(title, found="no such file", expected="an .fmu file", remedy="Correct the path")
+    if (found := no_file_because(path, (".fmu",))) is not None:
+        remedy = found.remedy or "Correct the path"
+        raise DataFileError(title, found=found.what, expected="an .fmu file", remedy=remedy)
     require_archive(path, title)
     try:
         about = fmpy.read_model_description(str(path), validate=False)  # small faults do not matter

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import DataFileError
+from flexmb.found import no_file_because
 
 __all__ = ["Record", "group_text", "read_groups"]
 
@@ -100,10 +101,9 @@ def _rows(matrix: np.ndarray) -> Iterable[str]:
 
 def read_groups(path: Path, part: str) -> Record:
     """Read a file; `part` names it in messages."""
-    if not path.is_file():
-        raise DataFileError(
-            part, found="the file does not exist", expected="a .fem file of MBDyn", remedy="Check the path"
-        )
+    if (found := no_file_because(path, (".fem",), "the file does not exist")) is not None:
+        remedy = found.remedy or "Check the path"
+        raise DataFileError(part, found=found.what, expected="a .fem file of MBDyn", remedy=remedy)
     lines = _split(path.read_text(encoding="latin-1"))
     missing = [number for number in NEEDED if number not in lines]
     if missing:

@@ -79,7 +79,7 @@ def body_data(context: Context, raw: Any, where: str, name: str) -> Any:
         held = sorted(p.name for p in path.parent.glob("*.h5")) if path.parent.is_dir() else []
         raise ModelError(
             where,
-            found=f"the file '{name}' does not exist",
+            found=f"'{name}' is a folder" if path.is_dir() else f"the file '{name}' does not exist",
             expected=f"A file relative to the model file; the folder holds: {', '.join(held) or 'no .h5 file'}",
             remedy=did_you_mean(path.name, held) or "Make it with `flexmb reduce`, or correct the path",
         )

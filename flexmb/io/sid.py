@@ -19,6 +19,7 @@ import numpy as np
 
 from flexmb.errors import DataFileError
 from flexmb.files import write_text
+from flexmb.found import no_file_because
 from flexmb.io.sid_text import SidText, Taylor, read_sid_text, taylor_text
 from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants
 from flexmb.model.modal_neutral_checks import check_modes, checked
@@ -158,10 +159,9 @@ def read_sid(path: str | Path) -> ModalNeutralData:
     """
     path = Path(path)
     part = f"SID file '{path}'"
-    if not path.is_file():
-        raise DataFileError(
-            part, found="the file does not exist", expected="an ASCII SID file", remedy="Check the path"
-        )
+    if (found := no_file_because(path, missing="the file does not exist")) is not None:
+        remedy = found.remedy or "Check the path"
+        raise DataFileError(part, found=found.what, expected="an ASCII SID file", remedy=remedy)
     sid = read_sid_text(path.read_text(encoding="latin-1"), part)
     missing = [name for name in ("mdCM", "J", "Ct", "Cr", "Me", "Ke") if name not in sid.blocks]
     if missing:

@@ -12,12 +12,16 @@ from typing import Any
 
 from flexmb.errors import ModelError
 from flexmb.files import resolved
+from flexmb.found import Found, no_file_because
 from flexmb.io.limits import check_plain, check_size
 
 __all__ = ["inline", "parse_toml", "read_toml", "table_lines"]
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _LONG = 100  # characters of a value from which a mapping gets its own table
+
+
+_BODIES = 'Reduced bodies (.h5) are named inside a model file: data = "lever.h5"; flexmb show tells what is in them'
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -29,21 +33,30 @@ def read_toml(path: Path) -> dict[str, Any]:
         The file is missing, cannot be read as text, or breaks the grammar of TOML (with the line).
     """
     part = f"Model file '{path}'"
+    found = no_file_because(path, (".toml",), "the file does not exist")
+    if found is not None and path.exists() and path.is_dir():
+        raise ModelError(
+            part,
+            found=f"it cannot be opened ({found.what.removeprefix('it is ')})",
+            expected="a model file (.toml)",
+            remedy=found.remedy or "Give the path of a .toml file",
+        )
     try:
         check_size(path, part)
         text = path.read_bytes().decode("utf-8")
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
         where = f"The folder holds: {', '.join(near[:8])}" if near else f"Folder: {resolved(path.parent)}"
-        raise ModelError(part, found="the file does not exist", expected=where, remedy="Correct the path") from None
+        found = found or Found("the file does not exist")
+        meant = f"Correct the path. {found.remedy}" if "?" in found.remedy else found.remedy or "Correct the path"
+        raise ModelError(part, found=found.what, expected=where, remedy=meant) from None
     except (OSError, ValueError) as error:
         if isinstance(error, UnicodeDecodeError):
             raise ModelError(
                 part,
                 found="it is not text in UTF-8",
                 expected="a TOML file",
-                remedy='Reduced bodies (.h5) are named inside a model file: data = "lever.h5"; '
-                "flexmb show tells what is in them",
+                remedy=_BODIES if path.suffix.lower() == ".h5" else "Give the path of a .toml file",
             ) from None
         raise ModelError(
             part,

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.found import no_file_because
 from flexmb.io import parse_setting
 
 __all__ = ["Plan", "grid", "latin_hypercube", "listed", "range_values", "read_plan"]
@@ -147,6 +148,13 @@ def read_plan(path: str | Path) -> Plan:
     Values are numbers, expressions (``38*deg``) or texts, as with ``--set``.
     """
     path = Path(path)
+    if (lacking := no_file_because(path, (".csv",))) is not None:  # a pipe would be waited for
+        raise ModelError(
+            f"Plan '{path}'",
+            found=f"it cannot be read ({lacking.what})",
+            expected="a CSV file: a line with names, then a line for each variant",
+            remedy=lacking.remedy or "Correct the path",
+        )
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             lines = [[cell.strip() for cell in line] for line in csv.reader(file) if any(map(str.strip, line))]

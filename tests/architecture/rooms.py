@@ -8,16 +8,18 @@ MAY_KNOW = {
     "errors": (),
     "told": (),
     "files": (),
+    "found": (),
     "lock": (),
     "broken_pipes": (),
     "drain": (),
     "hdf5_probe": (),
     "hdf5_seal": (),
-    "hdf5": ("files", "drain", "hdf5_seal"),
+    "hdf5": ("files", "found", "drain", "hdf5_seal"),
     "math": ("lock",),
     "model": ("files", "hdf5", "math"),
     "fem": (
         "files",
+        "found",
         "broken_pipes",
         "hdf5",
         "math",
@@ -44,6 +46,7 @@ MAY_KNOW = {
     "trust": ("files", "math", "model", "system", "tree", "results", "integrate"),
     "io": (
         "files",
+        "found",
         "hdf5",
         "math",
         "model",
@@ -62,8 +65,8 @@ MAY_KNOW = {
         "results",
     ),
     "view": ("files", "math", "model", "surfaces", "bodies", "results", "io"),
-    "study": ("files", "lock", "broken_pipes", "math", "model", "parts", "results", "io"),
-    "fmi": ("files", "model", "forces", "sensors", "results", "io"),
+    "study": ("files", "found", "lock", "broken_pipes", "math", "model", "parts", "results", "io"),
+    "fmi": ("files", "found", "model", "forces", "sensors", "results", "io"),
     "cli": (),
 }
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from flexmb.errors import MeshError, did_you_mean
+from flexmb.errors import MeshError
 from flexmb.fem.deck.abaqus import read_abaqus_deck
 from flexmb.fem.deck.ansys import read_ansys_deck
 from flexmb.fem.deck.assemble import assembled
@@ -20,6 +20,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.fem.shells.shell import check_side
 from flexmb.fem.solids.elements import HEX8_COMPATIBLE
 from flexmb.fem.told import keeping_warnings, tell
+from flexmb.found import no_file_because
 
 __all__ = ["DECK_READERS", "read_deck"]
 
@@ -91,13 +92,12 @@ def read_deck(
             remedy='Write fem.read_deck("wing.bdf")',
         )
     path = Path(path)
-    if not path.is_file():
-        near = did_you_mean(path.name, [p.name for p in path.parent.glob("*")]) if path.parent.is_dir() else ""
+    if (found := no_file_because(path, DECK_READERS)) is not None:
         raise MeshError(
             f"Deck '{path}'",
-            found="no such file",
+            found=found.what,
             expected="an existing deck",
-            remedy=near or f"The current folder is {Path.cwd()}",
+            remedy=found.remedy or f"The current folder is {Path.cwd()}",
         )
     reader = DECK_READERS.get(path.suffix.lower())
     if reader is None:

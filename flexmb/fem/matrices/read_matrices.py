@@ -23,6 +23,7 @@ from flexmb.fem.matrices.op2 import read_op2
 from flexmb.fem.matrices.op4 import read_op4
 from flexmb.fem.node_table import NodeTable, node_table
 from flexmb.files import replacing
+from flexmb.found import no_file_because
 
 __all__ = ["read_matrices", "write_matrices"]
 
@@ -65,10 +66,10 @@ def read_matrices(
         See `from_matrices`.
     """
     path = Path(path)
-    if not path.is_file():
-        raise MeshError(f"Matrix file '{path}'", found="no such file", expected="a file", remedy="Check the folder")
-    if mass is not None and not Path(mass).is_file():
-        raise MeshError(f"Mass file '{mass}'", found="no such file", expected="a file", remedy="Check the folder")
+    for kind, file in (("Matrix", path), ("Mass", mass)):
+        if file is not None and (found := no_file_because(Path(file))) is not None:
+            remedy = found.remedy or "Check the folder"
+            raise MeshError(f"{kind} file '{file}'", found=found.what, expected="a file", remedy=remedy)
     matrices = _read(path, None if mass is None else Path(mass))
     table = _table(path, nodes, matrices)
     with understood(f"Matrix file '{path}'", "nodes and freedoms that fit each other", "Export the matrices again"):

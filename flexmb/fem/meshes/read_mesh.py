@@ -12,13 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from flexmb.errors import MeshError, did_you_mean
+from flexmb.errors import MeshError
 from flexmb.fem.foreign_files import understood
 from flexmb.fem.meshes.groups import GroupedMesh, from_abaqus, from_gmsh, from_nastran, from_vtu, to_mesh
 from flexmb.fem.meshes.med import from_med
 from flexmb.fem.meshes.mesh import Mesh
 from flexmb.fem.meshes.universal_mesh import from_universal
 from flexmb.fem.told import keeping_warnings, tell
+from flexmb.found import no_file_because
 from flexmb.model.described import is_number
 
 __all__ = ["read_mesh"]
@@ -80,14 +81,12 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
         )
     path = Path(path)
     part = f"Mesh file '{path}'"
-    if not path.is_file():
-        others = (p.name for p in path.parent.glob("*") if p.is_file())
-        near = did_you_mean(path.name, others) if path.parent.is_dir() else ""
+    if (found := no_file_because(path, READERS)) is not None:
         raise MeshError(
             part,
-            found="no such file",
+            found=found.what,
             expected="an existing mesh file",
-            remedy=near or f"The current folder is {Path.cwd()}",
+            remedy=found.remedy or f"The current folder is {Path.cwd()}",
         )
     if not is_number(scale) or scale <= 0.0:
         raise MeshError(
