@@ -35,7 +35,7 @@ def no_file_because(path: Path, endings: Collection[str] = (), missing: str = "n
     ----------
     path : path
     endings : of str
-        Of the files that are wanted, as ".toml": those a folder holds are proposed.
+        Of the files that are wanted, as ".toml": those a folder holds are proposed, one that is empty is refused.
     missing : str
         What is said if nothing is there.
     """
@@ -58,7 +58,7 @@ def no_file_because(path: Path, endings: Collection[str] = (), missing: str = "n
         return Found("it cannot be opened (a device or pipe)", "Write its content into a file, and name that")
     if not os.access(path, os.R_OK):
         return Found("it may not be read (Permission denied)", "Ask its owner, or copy it")
-    if info.st_size == 0:
+    if info.st_size == 0 and path.suffix.lower() in endings:
         return Found("the file is empty", "Write or copy it again")
     return None
 

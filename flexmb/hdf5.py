@@ -145,7 +145,7 @@ def _check_signature(path: Path, part: str, schema: str) -> None:
     if head != _SIGNATURE:
         raise DataFileError(
             part,
-            found=f"this is not an HDF5 file (it begins with {head!r})",
+            found=f"this is not an HDF5 file (it {f'begins with {head!r}' if head else 'is empty'})",
             expected=f"an HDF5 file of kind '{schema}'",
             remedy="Give the .h5 file that flexmb wrote; flexmb reduce makes one of a mesh"
             if schema.startswith("flexmb.")

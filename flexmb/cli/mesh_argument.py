@@ -14,10 +14,10 @@ OTHER = {".toml": ("a model file", "check"), ".h5": ("a data file", "show")}
 
 
 def require_mesh(path: Path) -> None:
-    """Raise MeshError unless there is a file that can be a mesh or a deck."""
+    """Raise MeshError if what is there cannot be a mesh or a deck; that nothing is there, readers say."""
     from flexmb import fem
 
-    if no_file_because(path) is not None:
+    if path.exists() and no_file_because(path, {*fem.DECK_READERS, ".msh"}) is not None:
         (fem.read_deck if path.suffix.lower() in fem.DECK_READERS else fem.read_mesh)(path)  # says what is there
     if path.suffix.lower() in OTHER:
         kind, verb = OTHER[path.suffix.lower()]

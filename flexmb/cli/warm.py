@@ -15,6 +15,7 @@ import argparse
 import multiprocessing
 import os
 import platform
+import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -104,20 +105,48 @@ def _in_processes(jobs: int) -> int:
     """Compile the declared kernels in equal shares, then what each analysis needs beyond them; return the number."""
     from flexmb.cli.warm_models import ANALYSES
 
-    spawning = multiprocessing.get_context("spawn")
     tasks = len(ANALYSES) + jobs
     count = 0
-    with _complete(), ProgressBar() as progress, ProcessPoolExecutor(jobs, mp_context=spawning) as pool:
+    with _complete(), ProgressBar() as progress, _pool(jobs) as pool:
         done = 0
-        for wave in (
-            [pool.submit(_declared, part, jobs) for part in range(jobs)],
-            [pool.submit(_analysis, name) for name in ANALYSES],
-        ):
+        with _ctrl_c_ignored():
+            declared = [pool.submit(_declared, part, jobs) for part in range(jobs)]
+            analyses = [pool.submit(_analysis, name) for name in ANALYSES]
+        for wave in (declared, analyses):
             for one in as_completed(wave):
                 done += 1
                 count += one.result()
                 progress("compiling kernels", done / tasks)
     return count
+
+
+@contextmanager
+def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Give processes that compile; an interruption ends them at once, who finish their share would take minutes."""
+    others = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
+    try:
+        yield pool
+    except BaseException:
+        for child in set(multiprocessing.active_children()) - others:
+            child.kill()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _ctrl_c_ignored() -> Iterator[None]:
+    """Let processes that are started meanwhile ignore Ctrl-C, which a terminal sends to all: it is for their parent."""
+    try:
+        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    except ValueError:  # not the main thread
+        handler = None
+    try:
+        yield
+    finally:
+        if handler is not None:
+            signal.signal(signal.SIGINT, handler)
 
 
 @contextmanager

@@ -38,7 +38,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ModelError(
             part,
             found=f"it cannot be opened ({found.what.removeprefix('it is ')})",
-            expected="a model file (.toml)",
+            expected="a readable text file (.toml)",
             remedy=found.remedy or "Give the path of a .toml file",
         )
     try:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 
 from flexmb.errors import FlexmbError
@@ -24,9 +27,33 @@ def _outcome() -> int:
     return subprocess.run([sys.executable, "-c", TRIAL], capture_output=True, check=False).returncode
 
 
+@contextmanager
+def _signals_waiting() -> Iterator[None]:
+    """Let Ctrl-C and a polite kill wait: an exception while its libraries are loaded crashes VTK, or leaves it without
+    a part of them.
+    """
+    came: list[int] = []
+    before = {}
+    with suppress(ValueError):  # not the main thread: no handler runs in this one
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if callable(handler := signal.getsignal(number)):
+                signal.signal(number, lambda struck, frame: came.append(struck))
+                before[number] = handler
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for struck in came:
+            signal.raise_signal(struck)
+
+
 def require_graphics() -> None:
     """Raise FlexmbError with the packages to install if nothing can be drawn off-screen; tried once per process."""
     code = _outcome()
+    if code == 0:
+        with _signals_waiting():
+            import pyvista.plotting  # noqa: F401
     if code != 0:
         raise FlexmbError(
             "Rendering",

@@ -1,6 +1,7 @@
 """Kernels are compiled ahead: those with a declared signature, and what the small analyses need."""
 
 import os
+import time
 from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
@@ -66,6 +67,24 @@ def test_a_folder_that_cannot_be_written_is_named_before_compiling(tmp_path, cap
     (tmp_path / "file").write_text("")
     assert main(["warm", "--into", str(tmp_path / "file")]) == 2
     assert "cannot write into it" in capsys.readouterr().err
+
+
+def test_an_interruption_does_not_wait_for_what_is_compiled():
+    began = time.monotonic()
+    tasks = []
+
+    def interrupted():
+        with warm._pool(1) as pool:
+            with warm._ctrl_c_ignored():
+                tasks.extend(pool.submit(time.sleep, 60.0) for _ in range(2))
+            while not tasks[0].running():
+                time.sleep(0.01)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert time.monotonic() - began < 40.0
+    assert all(task.done() for task in tasks)
 
 
 def test_a_process_that_is_ended_while_it_compiles(monkeypatch, capsys):
