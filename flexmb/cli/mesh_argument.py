@@ -1,4 +1,4 @@
-"""The file that is to be reduced: what is no mesh is said before any option that does not fit it."""
+"""The file that is to be reduced: that it cannot be a mesh is said before any option that does not fit it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from flexmb.found import no_file_because
 __all__ = ["require_mesh"]
 
 OTHER = {".toml": ("a model file", "check"), ".h5": ("a data file", "show")}
-"""Files of ours that are none, and the verbs that look at them."""
+"""Files of ours that are not meshes, and the verbs that look at them."""
 
 
 def require_mesh(path: Path) -> None:
