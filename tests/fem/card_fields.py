@@ -45,7 +45,7 @@ CSHEAR | 108,3,1,2,6,5 | 2:pid=30 3:nodes=3
 PSHEAR | 3,1,.01,.3,.2,.1 | 2:mid=3 3:t=.02 4:nsm=.5 5:f1=0. 6:f2=0.
 PSHEAR | 30,1,.05
 PSHELL | 1,1,.01,3,1.2,1,.9,.4,-.003,.006 | 2:mid1=3 3:t=.02 4:mid2=1 5:twelveIt3=1.5 6:mid3=3 7:tst=.8 8:nsm=.5 9:z1=-.004 10:z2=.005 11:mid4=14
-PCOMP | 2,-.002,.3,1.+8,HILL,20.,.02,,8,.002,10.,YES,8,.003,50.,NO | 2:z0=.001 3:nsm=.4 4:!sb=2.+8 5:!ft=TSAI 6:!tref=30. 7:ge=0. 8:lam=SYM 9:mids=1 10:thicknesses=.004 11:thetas=20. 12:!souts=NO 15:thetas=60.
+PCOMP | 2,-.002,.3,1.+8,HILL,20.,.02,,8,.002,10.,YES,8,.003,50.,NO | 2:z0=.001 3:nsm=.4 4:!sb=2.+8 5:!ft=TSAI 6:!tref=30. 7:ge=0. 8:lam=SYM 8:lam=MEM 8:lam=BEND 8:lam=SMEAR 8:lam=SMCORE 9:mids=1 10:thicknesses=.004 11:thetas=20. 12:!souts=NO 15:thetas=60.
 PCOMPG | 4,-.002,.3,1.+8,HILL,20.,.02,,1001,8,.002,10.,YES,,,,1002,8,.003,50.,NO | 2:z0=.001 3:nsm=.4 7:ge=0. 9:!global_ply_ids=1005 10:mids=1 11:thicknesses=.004 12:thetas=20. 13:!souts=NO
 CQUAD4 | 109,4,61,62,64,63 | 2:pid=2
 CHEXA | 110,5,1,2,3,4,5,6,7,8 | 2:pid=6 3:nodes=61
@@ -112,6 +112,9 @@ ASET1 | 123456,54 | 1:!components=123 2:ids=53
 PARAM | WTMASS,2. | 2:values=3.
 PARAM | K6ROT,1.+4 | 2:values=2.+4
 PARAM | COUPMASS,1 | 2:values=-1
+PARAM | G,0. | 2:values=.02
+PARAM | SNORM,0. | 2:values=20.
+PARAM | CK1,0. | 2:values=2.
 """
 
 

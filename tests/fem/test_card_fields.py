@@ -62,6 +62,26 @@ def test_shear_factors_do_not_count_beside_i12(tmp_path):
     assert described(tmp_path, written(card, 19, "0.")) != before
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("CBAR,120,7,21,22,.1,1.,.2,GGG", "CBAR,120,7,21,22,.1,1.,.2,GEG", "OFFT = GEG"),
+        (
+            "GGG,+\n+,4,56,.01,.02,.03,.04,.05,.06\nCBAR,121",
+            "GGG,+\n+,47,56,.01,.02,.03,.04,.05,.06\nCBAR,121",
+            "digits",
+        ),
+        ("CBEAM,122,10,23,24,.1,1.,.2,GGG", "CBEAM,122,10,23,24,.1,1.,.2,1.5", "BIT"),
+        ("PBUSH1D,26,3.+6", "PBUSH1D,26,3.+6,,,,,,,+\n+,SPRING,TABLE,5", "PBUSH1D: a table"),
+        ("PSHELL,1,1,.01,3", "PSHELL,1,1,.01,-1", "plane strain"),
+        ("PARAM,COUPMASS,1", "CTRIAX6,900,1,1,2,3,4,5,6", "CTRIAX6: an element of axisymmetric"),
+    ],
+)
+def test_values_that_are_not_read_are_named(tmp_path, old, new, told):
+    assert written().count(old) == 1
+    assert told in str(described(tmp_path, written().replace(old, new)))
+
+
 @pytest.mark.peer
 @pytest.mark.parametrize("name", NAMES)
 def test_positions_are_those_of_pynastran(name):

@@ -77,8 +77,6 @@ KNOWN = frozenset(
 HARMLESS = frozenset(
     (
         "CBARAO",
-        "CTRIAX6",
-        "CTRAX3",
         "PLOTEL",
         "CHBDYE",
         "CHBDYG",

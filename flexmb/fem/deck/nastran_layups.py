@@ -15,6 +15,10 @@ from flexmb.fem.shells.laminate_shear import diagonal_compliance, shear_complian
 __all__ = ["Layup", "layup"]
 
 
+LAYUPS = frozenset(("", "NO", "SYM", "MEM", "SYMEM", "BEND", "SMEAR"))
+"""Values of LAM of a PCOMP."""
+
+
 @dataclass(frozen=True, eq=False)
 class Layup:
     """A, B, D about the reference plane, thickness, mass per area, faces and depths of a shell property."""
@@ -45,14 +49,14 @@ def _pshell(card: Card, materials: Materials, deck: Deck) -> Layup:
     t = card.real(3, 0.0)
     if not t > 0.0:
         raise card.refused(f"T = {t:g}", "a positive thickness")
+    if card.text(4) and card.integer(4) == -1:
+        raise card.refused("MID2 = -1: plane strain", "a membrane or a shell", "Give MID2 a material, or none")
     heavy = "m" if card.text(2) else "b"  # MID1 gives the mass; MID2 does where it is alone
     used = {
         k: materials.get(card.integer(i), who, weighs=k == heavy)
         for k, i in (("m", 2), ("b", 4), ("s", 6))
         if card.text(i)
     }
-    if card.text(4) and card.integer(4) == -1:
-        used.pop("b", None)
     if "m" not in used and "b" not in used:
         raise card.refused("neither MID1 nor MID2", "a membrane or a bending material")
     for key in ("m", "b"):
@@ -118,6 +122,8 @@ def _across(card: Card, material: MaterialCard, deck: Deck) -> tuple[float, floa
 def _pcomp(card: Card, materials: Materials, deck: Deck) -> Layup:
     who = f"{card.where}, card {card.name} {card.text(1)}"
     option = card.text(8).upper()
+    if option not in LAYUPS:
+        raise card.refused(f"LAM = {option}", f"blank, {', '.join(sorted(LAYUPS - {''}))}", "Write the plies in order")
     width, first = (4, 9) if card.name == "PCOMP" else (8, 9)
     shift = 0 if card.name == "PCOMP" else 1  # PCOMPG begins each ply with its global number
     plies: list[tuple[np.ndarray, float, float]] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from itertools import pairwise
 from math import pi
@@ -9,6 +10,7 @@ from math import pi
 import numpy as np
 
 from flexmb.fem.deck.contents import Beams, Deck, Rods
+from flexmb.fem.deck.nastran_links import components
 from flexmb.fem.deck.nastran_materials import LOWEST, Materials
 from flexmb.fem.deck.nastran_text import Bulk, Card
 from flexmb.fem.deck.shapes import SHAPES, Constants, constants
@@ -108,7 +110,12 @@ def _element(card: Card, default: Card | None, deck: Deck, frames: dict[int, np.
         direction = np.array([source.real(k, 0.0) for k in (5, 6, 7)])
         direction = direction @ frames.get(a, np.eye(3))  # in the displacement system of end A
     flags = (card.text(8) or (default.text(8) if default is not None else "")).upper()
-    system = flags if flags and flags.isalpha() and len(flags) == 3 else "GGG"
+    if card.name == "CBEAM" and card.is_real(8):
+        deck.inventory.left_out["CBEAM: BIT, higher terms of p-elements"] += 1
+        flags = ""
+    if flags and not re.fullmatch("[GB][GO][GO]", flags):
+        raise card.refused(f"OFFT = {flags}", "GGG, GGO, GOG, GOO or the same with B first")
+    system = flags or "GGG"
     offsets = np.array([[card.real(11 + 3 * end + k, 0.0) for k in range(3)] for end in range(2)])
     points = deck.points[[a, b]]
     if system[0] == "B":  # the orientation in the basic system
@@ -118,7 +125,7 @@ def _element(card: Card, default: Card | None, deck: Deck, frames: dict[int, np.
             offsets[end] = offsets[end] @ _line_axes(points, direction, card)
         else:
             offsets[end] = offsets[end] @ frames.get(node, np.eye(3))
-    released = tuple(frozenset(int(c) - 1 for c in card.text(k) if c in "123456") for k in (9, 10))
+    released = tuple(frozenset(components(card, k) if card.text(k) not in ("", "0") else ()) for k in (9, 10))
     along = points[1] + offsets[1] - points[0] - offsets[0]
     size, across = np.linalg.norm(along), np.linalg.norm(np.cross(along, direction))
     if not size > 0.0:

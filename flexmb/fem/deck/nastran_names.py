@@ -60,5 +60,7 @@ INSTEAD = {
     "CQUADX": "an element of axisymmetric problems",
     "CTRIAX": "an element of axisymmetric problems",
     "CTRIAX6": "an element of axisymmetric problems",
+    "CTRAX3": "an element of axisymmetric problems",
+    "CTRAX6": "an element of axisymmetric problems",
 }
 """Elements that are left out: what they are, and what to write instead."""

@@ -8,6 +8,7 @@ from flexmb.fem.deck.nastran_text import Bulk, Card
 __all__ = ["tell_untaken"]
 
 DAMPING = "structural damping GE: give the body its damping"
+NONLINEAR = "a table beyond the stiffness and the damping"
 LEFT_OUT = {
     "MAT1": {8: DAMPING},
     "MAT2": {13: DAMPING},
@@ -19,8 +20,13 @@ LEFT_OUT = {
     "PELAS": {3: DAMPING, 7: DAMPING},
     "PSHEAR": {5: "areas F1 of rods along the edges", 6: "areas F2 of rods along the edges"},
     "CBEAM": {17: "warping at SA", 18: "warping at SB"},
+    "PBUSH1D": {9: NONLINEAR, 17: NONLINEAR, 25: NONLINEAR},
 }
 """Position behind the name, and what it means."""
+SCALED = "a factor on matrices"
+PARAMETERS = {"G": DAMPING, "ALPHA1": DAMPING, "ALPHA2": DAMPING, "SNORM": "normals of shells at their nodes"}
+PARAMETERS |= dict.fromkeys(("CK1", "CK2", "CK3", "CM1", "CM2", "CB1", "CB2"), SCALED)
+"""PARAM that change the structure."""
 APPROXIMATED = {"PSOLID": {4: "integration IN", 6: "integration ISOP"}}
 USUAL = ("", "0", "BUBBLE", "REDUCED")
 """What a PSOLID has by default: elements with internal modes, as here."""
@@ -33,6 +39,9 @@ def tell_untaken(bulk: Bulk, deck: Deck) -> None:
             for at, meaning in fields.items():
                 if _given(card, at):
                     deck.inventory.left_out[f"{name}: {meaning}"] += 1
+    for card in bulk.of("PARAM"):
+        if (why := PARAMETERS.get(card.text(1).upper())) and _given(card, 2):
+            deck.inventory.left_out[f"PARAM {card.text(1).upper()}: {why}"] += 1
     for name, fields in APPROXIMATED.items():
         for card in bulk.of(name):
             for at, meaning in fields.items():
