@@ -14,6 +14,7 @@ from flexmb.fem.deck.ansys_lines import add_beams, add_rods
 from flexmb.fem.deck.ansys_links import add_equations, add_rigid, add_springs_and_masses, add_supports
 from flexmb.fem.deck.ansys_materials import materials, sections
 from flexmb.fem.deck.ansys_text import Archive, read_archive
+from flexmb.fem.deck.ansys_untaken import tell_commands, tell_untaken
 from flexmb.fem.deck.contents import Deck, MissingNode
 from flexmb.fem.deck.nastran_systems import System
 
@@ -25,7 +26,6 @@ SKIN = frozenset((152, 153, 154, 156, 200, 201))
 NAMES = {27: "MATRIX27", 40: "COMBIN40", 50: "MATRIX50", 169: "TARGE169", 170: "TARGE170", 171: "CONTA171"}
 NAMES |= {172: "CONTA172", 173: "CONTA173", 174: "CONTA174", 175: "CONTA175", 176: "CONTA176", 177: "CONTA177"}
 NAMES |= {179: "PRETS179", 178: "CONTA178", 250: "COMBI250", 214: "COMBI214", 263: "REINF263", 264: "REINF264"}
-NEEDLESS = frozenset(("N", "FINISH", "NUMOFF", "DOF", "TREF", "TOFFST", "BFUNIF", "ACEL", "OMEGA", "DOMEGA"))
 
 
 def read_ansys_deck(path: Path) -> Deck:
@@ -41,6 +41,7 @@ def read_ansys_deck(path: Path) -> Deck:
         made, given = materials(archive, deck), sections(archive)
         links: list[Group] = []
         for group in groups(archive, deck, part, systems, made, given):
+            tell_untaken(group, deck)
             if group.family in MAKERS:
                 MAKERS[group.family](group, deck)
             elif group.family:
@@ -57,6 +58,7 @@ def read_ansys_deck(path: Path) -> Deck:
             part, found=str(missing), expected="a node of NBLOCK", remedy="Select the nodes of all elements (NSLE)"
         ) from None
     _tell(archive, deck)
+    tell_commands(archive, deck)
     return deck
 
 

@@ -118,11 +118,12 @@ def groups(
             used = own > 0
             numbers[used] = deck.numbers(own[used], f"{part}, {name}")
             deck.inventory.read[name] += len(rows)
+        options = {k: value for (number, k), value in archive.options.items() if number == kind}
         yield Group(
             family=family,
             element=element,
             name=name,
-            options={k: value for (number, k), value in archive.options.items() if number == kind},
+            options=options,
             nodes=numbers,
             labels=head[rows, 10],
             number=material,
@@ -150,6 +151,10 @@ def add_solids(group: Group, deck: Deck) -> None:
         raise group.refused("layered solids (KEYOPT(3) = 1)", "homogeneous solids", "Give them a homogeneous material")
     material = group.need()
     count = FAMILIES["solid"][group.element]
+    asked = group.options.get(2, 0)
+    if (group.element == 185 and asked not in (2, 3)) or (group.element == 45 and group.options.get(1, 0) == 1):
+        found = f"{group.name} with incompatible modes, which its key options do not ask for"
+        deck.inventory.approximated[found] += len(group.labels)
     reduced = group.element == 186 and group.options.get(2, 0) == 0
     nodes = np.where(np.arange(20) < count, group.nodes, -1)
     corners = nodes[:, : {4: 4, 10: 4}.get(count, 8)]

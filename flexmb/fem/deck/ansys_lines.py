@@ -14,6 +14,8 @@ from flexmb.model.material import Material
 
 __all__ = ["add_beams", "add_rods"]
 
+COMPACT = 5.0 / 6.0
+"""Shear factor of a section given by its constants alone."""
 ALONG_Z = 1e-4
 """Sine of the angle to the global z-axis below which a beam counts as parallel to it (0.01 per cent)."""
 
@@ -49,7 +51,7 @@ def add_beams(group: Group, deck: Deck) -> None:
         raise group.refused(f"the orthotropic {material.name}", "an isotropic material")
     if group.section is None:
         raise group.refused("no section", "SECTYPE, n, BEAM or PIPE with SECDATA")
-    made = _section(group, group.section, material.young / (2.0 * (1.0 + material.poisson)))
+    made = _section(group.section, material.young / (2.0 * (1.0 + material.poisson)), deck)
     count = FAMILIES["beam"][group.element]
     ends = group.nodes[:, :count]
     if (ends < 0).any():
@@ -91,7 +93,7 @@ def _y_axes(points: np.ndarray, ends: np.ndarray, third: np.ndarray) -> np.ndarr
     return y
 
 
-def _section(group: Group, given: AnsysSection, shear: float) -> Section:
+def _section(given: AnsysSection, shear: float, deck: Deck) -> Section:
     """Return a section with y and z as in Mechanical APDL: SECDATA of the shapes there."""
     d = given.data
     try:
@@ -110,7 +112,7 @@ def _section(group: Group, given: AnsysSection, shear: float) -> Section:
             w1, w2, w3, t1, t2, t3 = d[:6]
             found, symmetric = _upright(constants("I", [w3, w1, w2, t3, t1, t2])), False
         elif given.shape == "ASEC":
-            return _arbitrary(group, given)
+            return _arbitrary(given, shear, deck)
         else:
             raise given.where.wrong(
                 f"the section {given.kind},{given.shape}",
@@ -155,7 +157,7 @@ def _place(given: AnsysSection, shear_center: tuple[float, float], symmetric: bo
     raise given.where.wrong(f"SECOFFSET,{given.place}", "CENT or SHRC for this shape", "Give the section by ASEC")
 
 
-def _arbitrary(group: Group, given: AnsysSection) -> Section:
+def _arbitrary(given: AnsysSection, shear: float, deck: Deck) -> Section:
     """Return ASEC: A, Iyy, Iyz, Izz, Iw, J, CGy, CGz, SHy, SHz, the last four from the nodes' origin."""
     area, iyy, iyz, izz, _, j, cy, cz, sy, sz = ([*given.data, *[0.0] * 10])[:10]
     if not min(area, iyy, izz, j) > 0.0 or iyz**2 >= iyy * izz:
@@ -169,9 +171,22 @@ def _arbitrary(group: Group, given: AnsysSection) -> Section:
     elif given.place not in ("ORIG", "ORIGIN"):
         raise given.where.wrong(f"SECOFFSET,{given.place} of ASEC", "CENT, SHRC or ORIGIN")
     centre = (cy, cz)
-    # ASEC has no shear areas of its own: a compact section's
+    xz, _, xy, added = [*given.controls, *[0.0] * 4][:4]
+    factors = [value / (shear * area) if value > 0.0 else COMPACT for value in (xy, xz)]
+    if COMPACT in factors:
+        deck.inventory.approximated["ASEC without shear stiffness (SECCONTROLS), as a compact section's"] += 1
     return Section.values(
-        area, iyy, izz, j, product_yz=iyz, area_center=centre, shear_center=(sy, sz), mass_center=centre
+        area,
+        iyy,
+        izz,
+        j,
+        *factors,
+        product_yz=iyz,
+        area_center=centre,
+        shear_center=(sy, sz),
+        mass_center=centre,
+        line_mass=added,
+        line_mass_center=centre,
     )
 
 
