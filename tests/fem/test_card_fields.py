@@ -110,3 +110,12 @@ def _objects(model):
         for thing in things:
             inner = thing if isinstance(thing, list) else [thing]
             yield from (one for one in inner if hasattr(one, "type") and hasattr(one, "__dict__"))
+
+
+@pytest.mark.parametrize("flag", ["1", "2"])
+def test_older_flags_of_orientation_say_nothing_new(tmp_path, flag):
+    """Field 9 of a CBAR was 1 for a vector and 2 for a grid point; decks of today still have it."""
+    before = written()
+    assert before.count("CBAR,125,70,23,24,.1,1.,.2") == 1
+    after = before.replace("CBAR,125,70,23,24,.1,1.,.2", f"CBAR,125,70,23,24,.1,1.,.2,{flag}")
+    assert described(tmp_path, after) == described(tmp_path, before)

@@ -229,7 +229,7 @@ def _tell(bulk: Bulk, deck: Deck) -> None:
                 inventory.unused[name] += count
         elif not re.fullmatch(r"[A-Z][A-Z0-9]{1,7}_?", name):
             raise MeshError(
-                f"Deck '{deck.name}'",
+                bulk.cards[name][0].where if bulk.cards.get(name) else f"Deck '{deck.name}'",
                 found=f"{count} lines that begin with '{name[:20]}'",
                 expected="cards: a name of letters and digits, then fields",
                 remedy="Check whether the file is a Nastran deck, and its line ends",

@@ -109,7 +109,8 @@ def _element(card: Card, default: Card | None, deck: Deck, frames: dict[int, np.
     else:
         direction = np.array([source.real(k, 0.0) for k in (5, 6, 7)])
         direction = direction @ frames.get(a, np.eye(3))  # in the displacement system of end A
-    flags = (card.text(8) or (default.text(8) if default is not None else "")).upper()
+    words = [given.text(8).upper() for given in (card, default) if given is not None]
+    flags = next((word for word in words if word not in ("", "1", "2")), "")  # of old: 1 a vector, 2 a grid point
     if card.name == "CBEAM" and card.is_real(8):
         deck.inventory.left_out["CBEAM: BIT, higher terms of p-elements"] += 1
         flags = ""
