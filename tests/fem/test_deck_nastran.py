@@ -96,6 +96,16 @@ def test_numbers_without_e(tmp_path):
     np.testing.assert_allclose(a.K.toarray(), deck(tmp_path, beam(3)).K.toarray(), rtol=1e-12)
 
 
+def test_blanks_before_an_exponent_and_before_the_star_of_a_name(tmp_path):
+    """As in demonstration decks of NASTRAN-95: `10.4  +6`, and `CONM2  *` for fields of 16."""
+    plain = deck(tmp_path, beam(3, extra="CONM2,5,2,,3.5"))
+    apart = beam(3, extra=f"CONM2  *{5:16d}{2:16d}{'':16}{'3.5':>16}")
+    apart = apart.replace(f"MAT1,1,{E:.6e},,.3,{RHO}", f"MAT1    1       2.1 +11         .3      {RHO}")
+    assert "2.1 +11" in apart
+    np.testing.assert_allclose(deck(tmp_path, apart).K.toarray(), plain.K.toarray(), rtol=1e-12)
+    np.testing.assert_allclose(deck(tmp_path, apart).M.toarray(), plain.M.toarray(), rtol=1e-12)
+
+
 def test_coordinate_systems(tmp_path):
     """A ring in cylindrical coordinates, on a system that stands on another one."""
     ring = [

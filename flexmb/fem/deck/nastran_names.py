@@ -44,7 +44,15 @@ WETLOAD WETSURF WIND YPARAM YZONEY
 Names that are missing here are told as not known.
 """
 
-INSTEAD = {
+INSTEAD = dict.fromkeys(
+    "CTRIA1 CTRIA2 CQUAD1 CQUAD2 CTRMEM CQDMEM CQDMEM1 CQDMEM2 CTRPLT CTRBSC CQDPLT CTRPLT1 CTRSHL CTRIM6".split(),  # noqa: SIM905
+    "a plate of older programs; write CTRIA3 or CQUAD4 with a PSHELL",
+)
+INSTEAD |= dict.fromkeys(
+    ("CHEXA1", "CHEXA2", "CIHEX1", "CIHEX2", "CIHEX3", "CWEDGE"),
+    "a solid of older programs; write CHEXA or CPENTA with a PSOLID",
+)
+INSTEAD |= {
     "CBEND": "a curved beam; divide it into CBAR along its arc",
     "CBEAM3": "a beam of three nodes; write two CBEAM with the properties at its ends",
     "CGAP": "contact; give the mechanism a Contact or OneSidedSpring there",

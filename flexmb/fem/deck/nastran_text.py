@@ -24,6 +24,8 @@ __all__ = ["Bulk", "Card", "FieldTable", "read_bulk"]
 
 END = re.compile(rb"^\s*ENDDATA\b", re.IGNORECASE)
 CONTINUED = re.compile(r"[+*]([A-Za-z]\w*)?")
+APART = re.compile(r"([\d.])\s+([EeDd]?[+-]\d+)$")
+"""Blanks between a number and its exponent."""
 MANY = frozenset(
     ("GRID", "CTETRA", "CHEXA", "CPENTA", "CPYRAM", "CTRIA3", "CTRIAR", "CTRIA6", "CQUAD4", "CQUADR", "CQUAD8")
 )
@@ -201,7 +203,7 @@ def read_bulk(path: Path) -> Bulk:
         if first in b"eE" and END.match(text):
             break
         begun = True
-        key = text[:8].split(b",")[0].strip().rstrip(b"*").upper()
+        key = text[:8].split(b",")[0].strip().rstrip(b"* ").upper()
         if key not in starts:
             starts[key] = array("I")
         starts[key].append(k)
@@ -230,7 +232,7 @@ def _words(parts: list[bytes], where: str) -> list[str]:
             per_line = 4 if large else 8
             longer = len(data) > per_line + 1 and any(data[per_line + 1 :])
             if longer and data[per_line] and not CONTINUED.fullmatch(data[per_line]):
-                words += [""] * (-(len(words) - 1) % width) if number else [fields[0].rstrip("*").upper()]
+                words += [""] * (-(len(words) - 1) % width) if number else [fields[0].rstrip("* ").upper()]
                 words, width = words + data, per_line  # a line may hold more than eight fields: they go on
                 continue
             if longer:
@@ -250,7 +252,7 @@ def _words(parts: list[bytes], where: str) -> list[str]:
             size, per_line = (16, 4) if large else (8, 8)
             data = [text[k : k + size].strip() for k in range(8, min(len(text), 72), size)]
         if number == 0:
-            words = [text.split(",")[0][:8].strip().rstrip("*").upper()]
+            words = [text.split(",")[0][:8].strip().rstrip("* ").upper()]
         else:
             words += [""] * (-(len(words) - 1) % width)
         width = per_line
@@ -311,8 +313,8 @@ def _cut(name: str, parts: list[bytes], where: str) -> list[bytes]:
 
 
 def _real(word: str) -> float:
-    """Return 1.0, 1.0E+3, 1.0D+3 or 1.0+3 as a number."""
-    text = word.strip().upper().replace("D", "E")
+    """Return 1.0, 1.0E+3, 1.0D+3, 1.0+3 or 1.0 +3 as a number."""
+    text = APART.sub(r"\1\2", word.strip()).upper().replace("D", "E")
     if not text or text[-1] in "NFY" or "_" in text:
         raise ValueError(word)
     if "E" not in text:
