@@ -52,7 +52,10 @@ INSTEAD |= dict.fromkeys(
     ("CHEXA1", "CHEXA2", "CIHEX1", "CIHEX2", "CIHEX3", "CWEDGE"),
     "a solid of older programs; write CHEXA or CPENTA with a PSOLID",
 )
+INSTEAD |= dict.fromkeys(("CRIGD1", "CRIGD2"), "a rigid element of older programs; write RBE2")
 INSTEAD |= {
+    "CRIGD3": "a rigid element of older programs; write RBE1",
+    "CRIGDR": "a rigid rod of older programs; write RROD",
     "CBEND": "a curved beam; divide it into CBAR along its arc",
     "CBEAM3": "a beam of three nodes; write two CBEAM with the properties at its ends",
     "CGAP": "contact; give the mechanism a Contact or OneSidedSpring there",
