@@ -21,6 +21,7 @@ from flexmb.fem.surface_load import facet_areas
 
 __all__ = ["add_abaqus_links", "add_boundary"]
 
+TIED = "the tie"
 NAMED_SUPPORTS = {
     "ENCASTRE": range(6),
     "PINNED": range(3),
@@ -41,9 +42,10 @@ def add_abaqus_links(flat: Flat, deck: Deck, frames: Frames, materials: Material
         "DISTRIBUTING COUPLING": _distributing,
         "MPC": _mpc,
     }
+    tied: set[int] = set()
     for block, scope in flat.blocks:  # first, since nodes are moved onto the faces they are tied to
         if block.name == "TIE":
-            _tie(block, scope, flat, deck)
+            _tie(block, scope, flat, deck, tied)
     equations: list[Equation] = []
     for k, (block, scope) in enumerate(flat.blocks):
         if block.name == "EQUATION":
@@ -285,8 +287,9 @@ def _one_equation(block: Block, terms: list[str], sets: list[list[int]], i: int,
     return Equation.of("*EQUATION", f"{block.where}, *EQUATION", columns, row, first)
 
 
-def _tie(block: Block, scope: str, flat: Flat, deck: Deck) -> None:
-    """Nodes of the first surface follow the faces of the second on which they lie, by projection.
+def _tie(block: Block, scope: str, flat: Flat, deck: Deck, tied: set[int]) -> None:
+    """Nodes of the first surface follow the faces of the second on which they lie, by projection; those that an earlier
+    tie holds, which are in `tied`, follow that one alone.
 
     Nodes beside their face are moved onto it unless ADJUST=NO, as Abaqus and CalculiX do it; not to faces of shells,
     which lie half a thickness off and whose rotations carry the gap.
@@ -310,10 +313,15 @@ def _tie(block: Block, scope: str, flat: Flat, deck: Deck) -> None:
         shells = {n for e in flat.elements if shape_of(e.kind)[0] in ("shell", "beam") for n in e.nodes}
         turning = bool(shells) and set(rows[rows >= 0].tolist()) <= shells
         both = turning and set(nodes.tolist()) <= shells
-        name = f"the tie '{block.parameters.get('NAME', '')}'"
-        tie = tie_rows(name, deck.points, nodes, rows, tolerance, both, turning)
-        deck.links.append(tie.link)
+        name = f"{TIED} '{block.parameters.get('NAME', '')}'"
         found, sides = deck.inventory.approximated, f"nodes of '{row[0]}'"
+        tie = tie_rows(name, deck.points, nodes, rows, tolerance, both, turning)
+        if again := _followers(tie.link) & tied:
+            nodes = np.array([n for n in nodes.tolist() if n not in tied], np.int64)
+            tie = tie_rows(name, deck.points, nodes, rows, tolerance, both, turning)
+            found[f"*TIE: {sides} that an earlier *TIE holds, tied there alone"] += len(again)
+        tied |= _followers(tie.link)
+        deck.links.append(tie.link)
         if tie.far:
             found[f"*TIE: {sides} too far from '{row[1]}' to be tied"] += tie.far
         if len(tie.moved) and block.parameters.get("ADJUST", "YES").upper() != "NO":
@@ -324,6 +332,11 @@ def _tie(block: Block, scope: str, flat: Flat, deck: Deck) -> None:
         elif len(tie.moved):
             found[f"*TIE: {sides} tied over gaps of up to {tie.widest:.3g}, which hinder rotation"] += len(tie.moved)
         deck.inventory.read["*TIE"] += 1
+
+
+def _followers(link: LinkRows) -> set[int]:
+    """Return the nodes that a link moves."""
+    return {int(freedom) // 6 for block in link.dependent for freedom in np.ravel(block)}
 
 
 def add_boundary(flat: Flat, deck: Deck, frames: Frames, steps: list[tuple[Block, str]]) -> None:
@@ -345,6 +358,10 @@ def add_boundary(flat: Flat, deck: Deck, frames: Frames, steps: list[tuple[Block
                 directions = [k for k in range(numbers[0] - 1, numbers[-1]) if 0 <= k < 6]
             for node in nodes:
                 held.setdefault(node, set()).update(directions)
+    tied = {node for link in deck.links if link.name.startswith(TIED) for node in _followers(link)}
+    if both := tied & held.keys():
+        what = "*BOUNDARY at nodes that a *TIE holds: it holds their faces too, where CalculiX drops the tie"
+        deck.inventory.approximated[what] += len(both)
     if held:
         pairs = [(node, sorted(parts)) for node, parts in sorted(held.items())]
         keep_supports(deck, "boundary", pairs, frames)
