@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.integrate.equilibria.descent import Descent
 from flexmb.integrate.equilibria.load_path import ArcLength, LoadSteps, follow
+from flexmb.integrate.equilibria.stability import unstable_motion
 from flexmb.integrate.impulsive import refuse_impulses
 from flexmb.integrate.linear.steady import unsteady_equation
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
@@ -23,6 +24,7 @@ from flexmb.system.given_state import given_state, refuse_states
 from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import shared_reactions
 from flexmb.system.program import increment
+from flexmb.told import tell
 
 __all__ = ["statics"]
 
@@ -46,8 +48,9 @@ def statics(
     turns at constant speed about an axis, with what springs and undriven joints attach to it; points and nodes have the
     accelerations of this rotation. A mechanism without a steady motion (a crank and its coupler) is refused. The
     iteration is Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient
-    continuation, Kelley & Keyes 1998). It follows the damped motion of the mechanism downhill. So it finds a stable
-    equilibrium through large rotations, also where some freedoms have no stiffness. In a model with contacts or stops a
+    continuation, Kelley & Keyes 1998). It follows the damped motion of the mechanism downhill, through large rotations,
+    also where some freedoms have no stiffness. Near an unstable equilibrium, a pendulum that stands on its head, it may
+    end there; in models of up to 300 freedoms that rest, a warning says so. In a model with contacts or stops a
     step that runs far into one of them is taken back, and the inertia fades with the forces alone. If that finds
     nothing, it also fades by the stiffness, as without contacts. The last attempt accepts all steps.
 
@@ -181,7 +184,19 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold
             "rest give the drive a number",
             solution=solution,
         )
+    if not (on_path or iteration.motion.u.any() or iteration.states.any()):
+        _tell_unstable(system, unstable_motion(iteration.tangent, iteration.extent, iteration.largest / iteration.size))
     return _watched(solution)
+
+
+def _tell_unstable(system, found: tuple[int, float] | None) -> None:
+    """Warn of a motion that leaves an equilibrium by itself: its greatest freedom, and the time in which it grows."""
+    if found is not None:
+        tell(
+            f"Model '{system.model.name}': the equilibrium is unstable: the smallest push moves "
+            f"{system.owner(found[0])} away from it, e times as far every {found[1]:.3g} s; expected: a stable "
+            "equilibrium. Begin nearer to one (state=, or other places in the model), or add what holds this motion."
+        )
 
 
 def _watched(solution: Solution) -> Solution:
