@@ -102,7 +102,7 @@ def _substitute_blocks(S, p, blocks, b):
                 for t in range(p.length[s]):
                     total -= S[at + t] * w[p.column[s] + t]
                 at += p.length[s]
-            w[row] = total * S[own]
+            w[row] = total * S[own + row - first]
     for n in range(len(blocks)):
         for row in range(p.block_start[blocks[n]], p.block_start[blocks[n] + 1]):
             b[p.order[row]] = w[row]
