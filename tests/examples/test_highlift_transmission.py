@@ -91,6 +91,15 @@ def test_rigid_variants_agree():
             np.testing.assert_allclose(solution[name], prescribed[name], atol=1e-6)
 
 
+def test_elastic_variants_lag_by_their_springs():
+    """Shafts that wind up by hundredths of a radian move the levers by less than a thousandth of that."""
+    rigid = [beginning(variant) for variant in (1, 2, 3)]  # all before the elastic ones, which take their places
+    for variant, stiff in enumerate(rigid, 4):
+        soft = beginning(variant)
+        for name in LEVERS:
+            assert 0.0 < np.abs(soft[name] - stiff[name]).max() < 1e-4
+
+
 def test_a_lever_out_of_step():
     """The gear of actuator 2 leaves its lever behind by 2 %, as the prescribed lever does: the shafts turn alike."""
     for variant in (0, 1):
@@ -107,14 +116,6 @@ def test_the_motor_turns_as_far_as_the_levers_go():
         target = model.force("drive_motor").target.sample(1e3)[0]
         assert target == pytest.approx(RATIO[1] * np.radians(degrees), rel=1e-9)
     assert fmb.load_model(FOLDER / "shaft_ruptures.toml").events
-
-
-def test_elastic_variants_lag_by_their_springs():
-    """Shafts that wind up by hundredths of a radian move the levers by less than a thousandth of that."""
-    for variant in (4, 5, 6):
-        stiff, soft = beginning(variant - 3), beginning(variant)
-        for name in LEVERS:
-            assert 0.0 < np.abs(soft[name] - stiff[name]).max() < 1e-4
 
 
 @pytest.mark.slow

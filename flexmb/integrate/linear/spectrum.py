@@ -75,13 +75,13 @@ def modes_of(of: FirstOrder) -> tuple[np.ndarray, np.ndarray]:
     B, E, rounded, unit = _scaled(of)
     still, zeros, left, rest = _zeros(B, E, rounded)
     values, vectors = _eigen(np.linalg.solve(left.T @ E @ rest, left.T @ B @ rest))
-    shapes = np.zeros((len(B), len(values)), complex)
+    shapes = (rest @ vectors).astype(complex)
+    # the part along the zeros follows: no other eigenvalue is left there, so that this is regular
     reached = E @ zeros
-    for k, (value, y) in enumerate(zip(values, vectors.T, strict=True)):
-        x = rest @ y
-        # the part along the zeros follows: no other eigenvalue is left there, so that this is regular
-        along = reached.T @ np.column_stack([(B - value * E) @ x, B @ zeros - value * reached])
-        shapes[:, k] = x - zeros @ np.linalg.solve(along[:, 1:], along[:, 0])
+    along = reached.T @ (B @ shapes - (E @ shapes) * values)
+    own, moved = reached.T @ (B @ zeros), reached.T @ reached
+    for k, value in enumerate(values if zeros.shape[1] else ()):
+        shapes[:, k] -= zeros @ np.linalg.solve(own - value * moved, along[:, k])
     values = np.concatenate([np.zeros(still.shape[1]), values])
     shapes = (unit[:, None] * np.hstack([still, shapes]))[:nz]
     order = np.lexsort((np.abs(values.real), np.abs(values.imag)))
