@@ -1,5 +1,7 @@
 """The static-pattern LU against a dense solver, on trees, loops and redundant models; the elimination order."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from contracts.random_models import connected
@@ -8,6 +10,7 @@ from verification.mechanisms import four_bars
 
 import flexmb as fmb
 from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_parts import parts_of, solve_part
 from flexmb.math.block_pattern import stored
 from flexmb.math.weights import weigh
 from flexmb.system import compile
@@ -47,6 +50,33 @@ def test_solution_is_that_of_a_dense_solver(name, rng):
     assert lu_factor(work.S, system.program.pattern) == -1
     lu_solve(work.S, system.program.pattern, x)
     np.testing.assert_allclose(A @ x, b, atol=1e4 * MACHINE * max(1.0, np.abs(x).max()))
+    np.testing.assert_allclose(x, np.linalg.solve(A, b), rtol=1e-6, atol=1e-6 * np.abs(x).max())
+
+
+def test_parts_that_touch_nothing_are_solved_alone(rng):
+    """Two chains and a free body, one after another, against a dense solver."""
+    both = [chain(3), chain(2)]
+    bodies = [replace(b, name=f"{k}{b.name}") for k, m in enumerate(both) for b in m.bodies[1:]]
+    joints = [
+        replace(
+            j,
+            name=f"{k}{j.name}",
+            markers=tuple(m if m.startswith("ground") else f"{k}{m}" for m in j.markers),
+        )
+        for k, m in enumerate(both)
+        for j in m.joints
+    ]
+    free = fmb.RigidBody("free", mass=2.0, inertia=(1.0, 2.0, 3.0), at=(5, 5, 5))
+    system, work = matrix(fmb.Model(bodies=[fmb.Ground(), *bodies, free], joints=joints))
+    pattern = system.program.pattern
+    parts = parts_of(pattern)
+    assert len(parts.start) == 4
+    A = stored(work.S, pattern).toarray()
+    b, given = rng.normal(size=len(A)), np.zeros(len(A))
+    x = b.copy()
+    assert lu_factor(work.S, pattern) == -1
+    for part in range(3):
+        solve_part(work.S, pattern, parts, part, x, given)
     np.testing.assert_allclose(x, np.linalg.solve(A, b), rtol=1e-6, atol=1e-6 * np.abs(x).max())
 
 
