@@ -19,6 +19,7 @@ ALL = [
     fmb.IDA(),
 ]
 ADAPTIVE = [*ALL[:3], ALL[-1]]
+PASSING = [*ALL, fmb.MoreauJean(step=0.05)]
 
 
 @pytest.mark.parametrize("integrator", ALL, ids=repr)
@@ -36,7 +37,7 @@ def test_an_elastic_ball_keeps_its_energy(integrator):
     assert solution["r"][:, 2].min() > 0.09
 
 
-@pytest.mark.parametrize("integrator", ALL, ids=repr)
+@pytest.mark.parametrize("integrator", PASSING, ids=repr)
 @pytest.mark.parametrize("against", ["sphere", "cylinder", "plane"])
 def test_fast_bodies_do_not_pass_through_each_other(integrator, against):
     """A sphere of 1 kg at 10 m/s meets one at rest (or a wall), 3 m away: it hands over its speed, or comes back."""
@@ -77,7 +78,7 @@ def slide(force, speed=10.0):
     )
 
 
-@pytest.mark.parametrize("integrator", ADAPTIVE, ids=repr)
+@pytest.mark.parametrize("integrator", [*ADAPTIVE, fmb.MoreauJean(step=0.05)], ids=repr)
 def test_a_mass_between_stops(integrator):
     """At 10 m/s between stops 1 m away, stiff enough to throw it back within 1 ms: five times in 0.95 s."""
     solution = fmb.simulate(

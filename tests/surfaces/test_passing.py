@@ -96,15 +96,22 @@ def test_times_of_another_library(rng):
     assert hits > 4
 
 
-INTEGRATORS = (fmb.GeneralizedAlpha(), fmb.GeneralizedAlpha(step=1e-7), fmb.IDA(), fmb.Explicit(), fmb.Implicit())
+INTEGRATORS = (
+    fmb.GeneralizedAlpha(),
+    fmb.GeneralizedAlpha(step=1e-7),
+    fmb.IDA(),
+    fmb.Explicit(),
+    fmb.Implicit(),
+    fmb.MoreauJean(step=3e-4),
+)
 
 
-def shot(law, **ball):
-    """Return a bullet of 1 mm at 1000 m/s, 1 m before a plate of 1 mm."""
+def shot(law, speed=1000.0, **ball):
+    """Return a bullet of 1 mm, 1 m before a plate of 1 mm."""
     return fmb.Model(
         bodies=[
             fmb.Ground(markers={"o": (0, 0, 0)}),
-            fmb.RigidBody.sphere("b", density=7800.0, radius=5e-4, at=(-1.0337, 0.01, 0.013), velocity=(1000.0, 0, 0)),
+            fmb.RigidBody.sphere("b", density=7800.0, radius=5e-4, at=(-1.0337, 0.01, 0.013), velocity=(speed, 0, 0)),
         ],
         surfaces=[
             fmb.Surface("plate", marker="ground.o", shape=fmb.Cuboid(size=(1e-3, 0.2, 0.2))),
@@ -121,6 +128,25 @@ def test_a_bullet_meets_a_plate(integrator):
     solution = fmb.simulate(shot(fmb.Hertz(stiffness=1e9)), t_end=1.5e-3, samples=4, integrator=integrator)
     assert solution["v"][-1, 0] == pytest.approx(-1000.0, rel=2e-2)
     assert solution["x"][-1, 0] < 0.0
+
+
+@pytest.mark.parametrize("step", [0.3, 7e-4])
+@pytest.mark.parametrize("speed", [1.0, 30.0, 1000.0])
+def test_bullets_by_steps_with_impulses(speed, step):
+    """`MoreauJean` divides its steps at compliant contacts: elastic, and with the damping of Hunt and Crossley.
+
+    m v v'(p) = -K p^e (1 + c v), integrated over the penetration p from v to -r v and back to p = 0, gives with w = c v
+    w (1 + r) = ln((1 + w) / (1 - w r)), whatever K and the exponent.
+    """
+    integrator = fmb.MoreauJean(step=step / speed)
+    for c in (0.0, 0.5 / speed):
+        law = fmb.Hertz(stiffness=1e9, damping=c)
+        solution = fmb.simulate(shot(law, speed), t_end=1.5 / speed, samples=2, integrator=integrator)
+        w = c * speed
+        r = brentq(lambda r, w=w: w * (1.0 + r) - np.log((1.0 + w) / (1.0 - w * r)), 1e-6, 1.0) if c else 1.0
+        assert solution["v"][-1, 0] == pytest.approx(-r * speed, rel=5e-3)
+        assert solution.statistics["cut at contacts"] > 0
+        assert "warnings" not in solution.statistics
 
 
 def test_a_bullet_by_long_steps():

@@ -19,6 +19,7 @@ CASES = (
     (10.0, fmb.Explicit()),
     (10.0, fmb.Implicit(rtol=1e-8)),  # with 1e-6 3 % off, and told so
     (300.0, fmb.Explicit()),
+    (300.0, fmb.MoreauJean(step=1e-4)),
 )
 
 

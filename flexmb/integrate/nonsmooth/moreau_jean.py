@@ -24,13 +24,14 @@ class MoreauJean(metaclass=Described):
     Steps do not stop at impacts. An impact acts at the middle of its step, so its time is known to half a step, and the
     motion after it to the first order of the step. Between impacts the method is the midpoint rule, of second order,
     implicit in springs and modes. Joints are closed exactly at the end of every step, positions and velocities.
-    Accelerations, reactions and contact forces of a sample are means over the step that ends there; an impact of
-    impulse P shows as the force P / step. Theory: nonsmooth.
+    Steps end where compliant contacts begin, and are divided there until none changes the speed of an impact by more
+    than a tenth: their rebounds are resolved whatever the step. Accelerations, reactions and contact forces of a sample
+    are means over the step that ends there; an impact of impulse P shows as the force P / step. Theory: nonsmooth.
 
     Parameters
     ----------
     step : float, s
-        Steps are shortened to end at samples.
+        The longest step. Steps are shortened to end at samples, and at compliant contacts.
     tolerance : float, -
         What contacts may miss their laws by, relative to the velocity that they have to change in the step. A step
         in which it is not reached ends the run.
@@ -45,6 +46,8 @@ class MoreauJean(metaclass=Described):
     sweeps: int = 5000
     impulsive: ClassVar[bool] = True
     """Does it follow laws with impulses?"""
+    divides: ClassVar[bool] = True
+    """Is a step that it divides none that was asked for as it is?"""
 
     def __post_init__(self):
         for name in ("step", "tolerance", "sweeps"):

@@ -20,7 +20,8 @@ from flexmb.integrate.nonsmooth.stepping import (
     set_shifts,
     works_of,
 )
-from flexmb.integrate.runs.patience import Patience
+from flexmb.integrate.runs.patience import UNCUT, Patience, smallest_step
+from flexmb.integrate.runs.switches import keep_switches, new_switching, part_of_step
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.block_parts import parts_of
 from flexmb.math.energies import powers
@@ -40,6 +41,11 @@ HALF = 0.5
 """Penetration, relative to the same, that a step never exceeds: thin surfaces shorten it."""
 SHORTEST = 1e-9
 """Share of the given step to which thin surfaces may shorten one."""
+FLOOR = 1e-9
+"""Way, relative to the length of the model, that steps may go into a compliant contact before they are divided."""
+IMPACT = 0.1
+"""Change of the speed of an impact on a compliant contact in a step, relative to it."""
+CUT, DIVERGED = "cut at contacts", "rejected by iteration"
 LEFT = "largest residual of contacts [m/s]"
 """Name of what the worst contact of all steps was left off its laws, in the statistics."""
 PUSHES = 60
@@ -62,6 +68,7 @@ class Stepper:
         self.counts: dict = {"steps": 0, "iterations": 0, "sweeps": 0, "steps of Newton over contacts": 0}
         self.counts["impacts without a rebound by Newton's law"] = 0
         self.counts[LEFT] = 0.0
+        self.counts[CUT] = self.counts[DIVERGED] = 0
         self.small = self.touching.small
         self.lever = max(1.0, self.touching.large)  # m, of what accelerations may close
         # springs and modes are implicit; without any, the gravity of turning bodies would only disturb the matrix
@@ -71,11 +78,15 @@ class Stepper:
         self.closed = np.zeros(0, np.int64)
         self.kept, self.rows_of = _places_of_wrenches(system, self.touching)
         self.wrenches = np.zeros(self.kept.shape)
-        self.complaint, self.gained = "", 0.0
-        self.goal, self.span = state.t, 0.0
+        self.complaint, self.gained, self.diverged = "", 0.0, False
+        self.goal, self.span, self.most = state.t, 0.0, settings.step
         self._clear_wrenches(self.q)
+        self._place(self.t, self.q, self.u)
+        self.switching = new_switching(
+            system, self._present(), work, floor=FLOOR * system.lengths.whole, impact=IMPACT, blur=1.0
+        )
+        self.switches = len(self.switching.now) > 0
         if self.touching.forces:  # what goes on may stand within a rebound
-            self._place(self.t, self.q, self.u)
             require_apart(system, self.touching, self.work, settings.step, HALF * self.small)
         self._first_forces()
 
@@ -83,6 +94,10 @@ class Stepper:
         """Evaluate a state without a matrix; velocities in the axes of the run."""
         no_matrix(self.work.weights)
         evaluate(self.system.program, self.system.state(t, q, self._body(q, u)), self.work)
+
+    def _present(self):
+        """Return the present state, velocities in body axes."""
+        return self.system.state(self.t, self.q, self._body(self.q, self.u))
 
     def _body(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Return velocities in body axes."""
@@ -108,7 +123,7 @@ class Stepper:
         mid, ub, ab = self.q.copy(), np.zeros(nu), np.zeros(nu)
         u1, lam, right = self.u.copy(), self.lam.copy(), np.zeros(nu + ng)
         problem, v, speed, change = None, np.zeros(nu + ng), 0.0, np.inf
-        solved = None
+        solved, self.diverged = None, False
         for iteration in range(ITERATIONS):
             fresh = iteration == 0
             stiffness = 0.25 * h * h if self.stiff else 0.0
@@ -181,6 +196,7 @@ class Stepper:
             if change <= SETTLED or (iteration > 1 and change <= 1e-7 and change > 0.5 * before):
                 break
         if not change <= 1e-6:
+            self.diverged = True
             return self._fail(f"the iteration does not converge at t = {self.t:.9g} s (change {change:.2g})")
         return self._accept(h, u1, lam, problem, ub, ab, mid)
 
@@ -302,7 +318,7 @@ class Stepper:
         same = max(1e-12 * max(abs(t), self.span), SHORTEST * self.settings.step)
         while t - self.t > same:
             left = t - self.t
-            h = left / max(1.0, np.ceil(left / self.settings.step * (1.0 - 1e-9)))
+            h = left / max(1.0, np.ceil(left / self.most * (1.0 - 1e-9)))
             if self.thin:
                 self._place(self.t, self.q, self.u)
                 h = self.touching.longest(self.work, h, h * h * self.lever * float(np.max(np.abs(self.a), initial=0.0)))
@@ -311,13 +327,40 @@ class Stepper:
                         f"surfaces meet so fast at t = {self.t:.9g} s that a step must not be longer than {h:.2g} s, "
                         f"for the thinner not to be passed through; expected: {SHORTEST:.0e} of the step, at least"
                     )
-            if not self._step(h):
+            if not self._tried(h):
                 return self.complaint
             if pace.used_up:
                 return ""
         if t > self.t or abs(t - self.t) <= same:
             self.t = t
         return ""
+
+    def _tried(self, h: float) -> bool:
+        """Take a step, or take it back for a shorter one; return False, with a complaint, if there is none.
+
+        Compliant contacts are no unknowns of the step. It ends where one begins, is divided where it would change the
+        speed of an impact too much, and where a contact keeps the iteration from converging.
+        """
+        if not self.switches:
+            return self._step(h)
+        arrays = self.q, self.u, self.lam, self.a, self.points, self.P, self.closed, self.wrenches
+        t, length, works, steps = self.t, self.h, self.works.copy(), self.counts["steps"]
+        shortest = max(SHORTEST * self.settings.step, UNCUT * smallest_step(t, self.goal))
+        if not self._step(h):
+            if not self.diverged or 0.25 * h < shortest:
+                return False
+            self.complaint, self.most = "", 0.25 * h
+            self.counts[DIVERGED] += 1
+            return True
+        part = part_of_step(self.system.program, self.switching, self._present(), self.work, h, 1)
+        self.most = min(self.settings.step, max(part, shortest / h) * h)
+        if part < 1.0 and h > shortest:
+            self.q, self.u, self.lam, self.a, self.points, self.P, self.closed, self.wrenches = arrays
+            self.t, self.h, self.works, self.counts["steps"] = t, length, works, steps
+            self.counts[CUT] += 1
+        else:
+            keep_switches(self.switching, h)
+        return True
 
     def _clear_wrenches(self, q: np.ndarray) -> None:
         """Let the evaluation of a step see no contact forces: they are its unknowns."""

@@ -360,6 +360,8 @@ class Phases:
     def _divided(self) -> list[str]:
         """Return the sentence about steps of fixed size that could not be taken as they are."""
         step = getattr(self.integrator, "step", None)
+        if getattr(self.integrator, "divides", False):
+            return []
         count = sum(self.statistics.get(name, 0) for name in ("rejected by iteration", "cut at contacts"))
         if step is None or not count:
             return []
