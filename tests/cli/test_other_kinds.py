@@ -77,7 +77,7 @@ def test_no_run_folder(places, verb, capsys):
 @pytest.mark.parametrize(
     ("verb", "path", "found", "remedy"),
     [
-        ("show", "run", "it is a run folder", "flexmb report run"),
+        ("show", "run", "it is no file", "flexmb report run"),
         ("show", "none.h5", "the file is empty", "copy it again"),
         ("show", "part.msh", "not an HDF5 file", "flexmb reduce"),
         ("show", "fall.toml", "it describes a model", "flexmb run fall.toml"),
