@@ -241,3 +241,34 @@ def pendulum_of_points():
     return fmb.Model(
         bodies=[fmb.Ground(), fmb.PointMass("p", mass=1.0)], sensors=[fmb.Position("p", marker="p.center")]
     )
+
+
+def following(how: str) -> fmb.Model:
+    """A mass at 1 m/s under sqrt(1 - x) N, by a formula of its place or through a block: no number from x = 1 m on."""
+    root = fmb.formula("sqrt(1 - x)", {"x": fmb.measured(fmb.Position("x", marker="p.center"))})
+    force = {
+        "formula": root,
+        "pid": fmb.Pid(of=root, kp=1.0, ki=0.5, name="speed"),
+        "lag": fmb.Lag(of=root, time=0.1, name="filter"),
+    }[how]
+    return fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("p", mass=1.0, velocity=(1.0, 0, 0))],
+        forces=[fmb.PointLoad("push", marker="p.center", force=(force, 0, 0))],
+    )
+
+
+@pytest.mark.parametrize(
+    ("how", "named"), [("formula", "Force 'push' on Body 'p'"), ("pid", "Block 'speed"), ("lag", "Block 'filter")]
+)
+@pytest.mark.parametrize(
+    "integrator",
+    [fmb.GeneralizedAlpha(), fmb.Implicit(), fmb.Explicit(), fmb.IDA(), fmb.MoreauJean(step=1e-2)],
+    ids=lambda i: type(i).__name__,
+)
+def test_what_follows_the_motion_and_is_no_number_any_more_is_named(integrator, how, named):
+    with pytest.raises(fmb.IntegrationError) as caught:
+        fmb.simulate(following(how), 3.0, samples=31, integrator=integrator)
+    text = str(caught.value)
+    assert named in text
+    assert "nan" in text
+    assert "so that it is a number until the end" in text

@@ -27,7 +27,7 @@ from flexmb.integrate.runs.outlook import Outlook
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.reasons import failed_with, missed_times
 from flexmb.integrate.runs.record import Recorder, joined_rows
-from flexmb.integrate.runs.unknown_value import unknown_value
+from flexmb.integrate.runs.unknown_value import unknown_on_the_way, unknown_value
 from flexmb.integrate.runs.validity import Validity
 from flexmb.integrate.runs.vanishing import Gradients
 from flexmb.integrate.runs.watch import LOOKS, Watch, carried, next_phase
@@ -253,7 +253,11 @@ class Phases:
                     begin = self.t if known is None else float(known["t"][-1])
                     goal = float(next((t for t in self.times if t > begin), self.times[-1]))
                     gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
-                    return failed_with(model, outcome, unknown_value(system, q, u, begin, goal), gone)
+                    a = start.a if known is None else known["a"][-1]
+                    unknown = unknown_value(system, q, u, begin, goal)
+                    if not (unknown or gone):
+                        unknown = unknown_on_the_way(system, begin, q, u, a, outcome.reached)
+                    return failed_with(model, outcome, unknown, gone)
                 if len(rows["t"]):
                     last_row, first = _row(rows, -1), first + len(rows["t"])
                     self.t = float(marks[first - 1])

@@ -24,7 +24,7 @@ from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_abo
 from flexmb.integrate.runs.reading import Readings
 from flexmb.integrate.runs.reasons import failed_with
 from flexmb.integrate.runs.record import joined_rows
-from flexmb.integrate.runs.unknown_value import unknown_value
+from flexmb.integrate.runs.unknown_value import unknown_on_the_way, unknown_value
 from flexmb.integrate.runs.vanishing import Gradients
 from flexmb.integrate.runs.watch import Watch, carried, next_phase
 from flexmb.results import Instant, Phase, Status
@@ -140,7 +140,9 @@ class SteppedPhase:
             if outcome.failure:
                 known = rows if len(rows["t"]) else self.last
                 q, u, begin = known["q"][-1], known["u"][-1], float(known["t"][-1])
-                wrong = failed_with(self.model, outcome, unknown_value(self.system, q, u, begin, mark))
+                a, unknown = known["a"][-1], unknown_value(self.system, q, u, begin, mark)
+                unknown = unknown or unknown_on_the_way(self.system, begin, q, u, a, outcome.reached)
+                wrong = failed_with(self.model, outcome, unknown)
                 raise IntegrationError(
                     f"Model '{self.model.name}'",
                     found=wrong.message,

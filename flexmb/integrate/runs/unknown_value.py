@@ -8,12 +8,14 @@ import numpy as np
 
 from flexmb.math.weights import no_matrix
 from flexmb.system.observe import observe
-from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
+from flexmb.system.program import advance, constraint_acceleration, constraint_velocity, evaluate
 
-__all__ = ["REMEDY", "unknown_value"]
+__all__ = ["REMEDY", "unknown_on_the_way", "unknown_value"]
 
 REMEDY = "Correct its signals, its function or its table, so that it is a number until the end"
 LOOKS, HALVINGS = 64, 50
+FARTHER = 1.5
+"""Of the time from the last sample to where a run failed: how far its motion is followed at constant acceleration."""
 
 
 def unknown_value(system, q: np.ndarray, u: np.ndarray, begin: float, end: float) -> str | None:
@@ -37,6 +39,50 @@ def unknown_value(system, q: np.ndarray, u: np.ndarray, begin: float, end: float
                 where = f"{joint.title}{_bodies(joint, model)}"
                 return f"{where}: its signal with its two rates is {_text(found[1])} from t = {found[0]:.9g} s on"
     return _of_forces(system, q, u, times) or _of_equations(system, q, u, times)
+
+
+def unknown_on_the_way(system, begin: float, q, u, a, reached: float) -> str | None:
+    """Return a sentence about the first block or force without a finite value where the motion leads, or None.
+
+    What follows measurements has a value at the last sample: it is lost on the way from there, which is followed at
+    constant acceleration.
+
+    Parameters
+    ----------
+    begin : float, s
+        Time of the last sample.
+    q, u, a : (nq,), (nu,), (nu,)
+        Its state.
+    reached : float, s
+        Where the run failed.
+    """
+    if not (system.model.forces or system.states) or not reached > begin:
+        return None
+    work, then, rest = system.workspace(), np.zeros(system.nq), [np.zeros((1, n)) for n in (system.nu, system.ng)]
+    numbers = [system.force_index[force.name] for force in system.model.forces]
+    for h in FARTHER * (reached - begin) * np.arange(1, LOOKS + 1) / LOOKS:
+        advance(system.program, q, u + 0.5 * h * a, h, then)
+        speed = u + h * a
+        if not (np.isfinite(then).all() and np.isfinite(speed).all()):
+            return None
+        no_matrix(work.weights)
+        evaluate(system.program, system.state(begin + h, then, speed), work)
+        for group in system.states:
+            rates = work.markers["wrench"][group.marker : group.marker + group.markers].ravel()[: len(group.names)]
+            for name, rate in zip(group.names, rates, strict=True):
+                if not np.isfinite(rate):
+                    return f"{group.title}: the rate of its state '{name}' is {rate} {_WAY}"
+        if not numbers or np.isfinite(work.residual).all():
+            continue
+        seen = observe(system, np.array([begin + h]), then[None], speed[None], *rest).force[0, numbers]
+        for force, wrench in zip(system.model.forces, seen, strict=True):
+            if not np.isfinite(wrench).all():
+                where = f"{force.title}{_bodies(force, system.model)}"
+                return f"{where}: its force and moment are {_text(wrench)} {_WAY}"
+    return None
+
+
+_WAY = "where the motion leads after its last sample"
 
 
 def _of_forces(system, q: np.ndarray, u: np.ndarray, times: np.ndarray) -> str | None:
