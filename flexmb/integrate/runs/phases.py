@@ -249,14 +249,8 @@ class Phases:
                 require_seen(system, self.variables)
                 if outcome.failure:
                     known = rows if len(rows["t"]) else last_row
-                    q, u = (start.q, start.u) if known is None else (known["q"][-1], known["u"][-1])
-                    begin = self.t if known is None else float(known["t"][-1])
-                    goal = float(next((t for t in self.times if t > begin), self.times[-1]))
                     gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
-                    a = start.a if known is None else known["a"][-1]
-                    unknown = unknown_value(system, q, u, begin, goal)
-                    if not (unknown or gone):
-                        unknown = unknown_on_the_way(system, begin, q, u, a, outcome.reached)
+                    unknown = self._unknown(system, start, known, outcome.reached, gone)
                     return failed_with(model, outcome, unknown, gone)
                 if len(rows["t"]):
                     last_row, first = _row(rows, -1), first + len(rows["t"])
@@ -287,6 +281,13 @@ class Phases:
     def _first_block(self, marks: np.ndarray) -> int:
         """Return how many samples are asked for first; what gradients do is looked at block by block."""
         return len(marks) if self.whole and self.gradients is not None and not self.gradients.numbers else 1
+
+    def _unknown(self, system, start, known, reached: float, gone) -> str | None:
+        """Return the sentence about what has no finite value, after the last sample that is known, if there is one."""
+        q, u, a = (start.q, start.u, start.a) if known is None else (known[name][-1] for name in "qua")
+        begin = self.t if known is None else float(known["t"][-1])
+        unknown = unknown_value(system, q, u, begin, float(next((t for t in self.times if t > begin), self.times[-1])))
+        return unknown or (None if gone else unknown_on_the_way(system, begin, q, u, a, reached))
 
     def _tell(self, system) -> None:
         """Count what the integrator did in a phase, and give the warnings about it."""
