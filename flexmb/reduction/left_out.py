@@ -58,6 +58,8 @@ def left_out_stiffness(
     loads = np.hstack([_inertia(fe), *wrenches, forces])
     direct = np.hstack([loads[:, :9], *(np.zeros_like(w) for w in wrenches), forces])
     G = _unit_stiffness(body, basis, interfaces, loads, direct, np.hstack([shapes, turns]))
+    if not np.all(np.isfinite(G)):  # loads beyond the range of numbers
+        return None
     flexible = 1.0 / np.sqrt(basis.w2[soft])
     largest = np.zeros(len(G))
     for seen in (None, *interfaces):

@@ -177,7 +177,8 @@ class FloatingBody(Body):
     def _check_markers(self) -> None:
         """Store the given marker axes as poses at the places of the data."""
         places = dict(zip(self.data.marker_names, self.data.marker_positions, strict=True))
-        near = NEAR * float(np.linalg.norm(np.ptp(self.data.nodes, axis=0)))
+        known = self.data.nodes if len(self.data.nodes) else np.vstack([np.zeros(3), self.data.marker_positions])
+        near = NEAR * float(np.linalg.norm(np.ptp(known, axis=0)))
         poses = {}
         for name, value in (self.markers or {}).items():
             if name not in places:
