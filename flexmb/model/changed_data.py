@@ -177,7 +177,7 @@ def _in_axes(data: Data, Q: np.ndarray, p: np.ndarray) -> Data:
     )
     turn6 = np.zeros((6, 6))
     turn6[:3, :3], turn6[3:, 3:] = Q, s * Q
-    return _with_turned_bound(_with_effective_mass(changed, turn6), Q)
+    return _left_out_in_axes(_with_turned_bound(_with_effective_mass(changed, turn6), Q), Q, p)
 
 
 def _with_turned_bound(data: Data, Q: np.ndarray) -> Data:
@@ -310,15 +310,26 @@ def _with_units(data: Data, factor: float, length: float) -> dict:
 
 
 def _left_out_with_units(data: Data, factor: float, length: float) -> dict:
-    """Return the changes of stiffness by unit loads in other units; those by load shapes, of any unit, are dropped."""
-    known, force = data.left_out, data.mass / data.quality["mass"]["mass"] * length * factor**2
+    """Return the changes of stiffness by unit loads in other units; load shapes keep the unit of their intensity."""
+    known, force = data.quality["left_out"], data.mass / data.quality["mass"]["mass"] * length * factor**2
+    units = np.array([force] * 3 + [force * length] * 3)
     return {
-        "acceleration": known["acceleration"] / (length * factor**2),
-        "turning": known["turning"] / factor**2,
+        **known,
+        "acceleration": (np.array(known["acceleration"]) / (length * factor**2)).tolist(),
+        "turning": (np.array(known["turning"]) / factor**2).tolist(),
         "spin": known["spin"] / factor**2,
-        "interfaces": {name: [a / force, b / (force * length)] for name, (a, b) in known["interfaces"].items()},
-        "loads": known["loads"] if force == 1.0 == length else {},
+        "interfaces": {name: (np.array(row) / units).tolist() for name, row in known["interfaces"].items()},
+        "origin": (np.array(known["origin"]) * length).tolist(),
     }
+
+
+def _left_out_in_axes(data: Data, Q: np.ndarray, p: np.ndarray) -> Data:
+    """Note where the axes and the origin of the changes of stiffness are in axes turned by Q about p."""
+    known = data.left_out
+    if not known:
+        return data
+    places = {"axes": (Q @ known["axes"]).tolist(), "origin": (Q @ (known["origin"] - p)).tolist()}
+    return replace(data, quality={**data.quality, "left_out": {**data.quality["left_out"], **places}})
 
 
 def _with_effective_mass(data: Data, G: np.ndarray) -> Data:

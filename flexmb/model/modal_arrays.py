@@ -139,9 +139,11 @@ class ModalArrays:
         known: Any = self.quality.get("left_out") if self.geometric is None else None
         try:
             return {
-                **{name: float(known[name]) for name in ("acceleration", "turning", "spin")},
-                "interfaces": {str(name): tuple(map(float, row)) for name, row in known["interfaces"].items()},
-                "loads": {str(name): float(value) for name, value in known["loads"].items()},
+                **{name: np.array(known[name], float).reshape(3) for name in ("acceleration", "turning", "origin")},
+                "axes": np.array(known["axes"], float).reshape(3, 3),
+                "spin": float(known["spin"]),
+                "interfaces": {name: np.array(row, float).reshape(2, 3) for name, row in known["interfaces"].items()},
+                "loads": {name: float(value) for name, value in known["loads"].items()},
             }
         except (KeyError, TypeError, ValueError, AttributeError):  # of other data, or of a file made by hand
             return {}

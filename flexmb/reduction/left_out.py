@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from flexmb.reduction.basis import Basis
 from flexmb.reduction.geometric import coupling_stiffness, inertia_loads
@@ -22,7 +23,7 @@ __all__ = ["left_out_stiffness"]
 SOFTEST = 12
 """Shapes, those of the lowest frequencies: slender bodies buckle and stiffen in them."""
 AT_ONCE = 24
-"""Loads whose displacements are kept at once: a field of 300 000 nodes takes 14 MB a load."""
+"""Loads whose forces and displacements are kept at once: those of 300 000 nodes take 29 MB each."""
 MOST = 240
 """Loads that are looked at: those of some forty interfaces. The time grows with them; beyond, nothing is said."""
 
@@ -46,18 +47,17 @@ def left_out_stiffness(
     Returns
     -------
     dict
-        ``acceleration`` (s2/m), ``turning`` (s2, of angular acceleration), ``spin`` (s2, of the angular velocity
-        squared), ``interfaces``: name to (1/N, 1/(N m)), ``loads``: name to one over its unit.
+        ``acceleration`` (3,), s2/m, ``turning`` (3,), s2, of angular acceleration, ``spin``, s2, of the square of the
+        angular velocity, ``interfaces``: name to (6,), 1/N and 1/(N m), ``loads``: name to one over its unit; ``axes``
+        (3, 3) and ``origin`` (3,), m: of the numbers, in body axes.
     """
     fe, count = body.fe, 12 + 6 * len(interfaces) + len(names)
     if not fe.blocks or fe.condensed is not None or not len(basis.w2) or count > MOST:
         return None
     soft = np.argsort(basis.w2)[:SOFTEST]
     shapes, turns = basis.shapes[:, soft], fe.rigid_motions()[:, 3:]
-    wrenches = [marker.matrix.T.toarray() for marker in interfaces]
-    loads = np.hstack([_inertia(fe), *wrenches, forces])
-    direct = np.hstack([loads[:, :9], *(np.zeros_like(w) for w in wrenches), forces])
-    G = _unit_stiffness(body, basis, interfaces, loads, direct, np.hstack([shapes, turns]))
+    parts = [sparse.csc_matrix(_inertia(fe)), *(marker.matrix.T for marker in interfaces), sparse.csc_matrix(forces)]
+    G = _unit_stiffness(body, basis, interfaces, sparse.hstack(parts, format="csc"), np.hstack([shapes, turns]))
     if not np.all(np.isfinite(G)):  # loads beyond the range of numbers
         return None
     flexible = 1.0 / np.sqrt(basis.w2[soft])
@@ -66,13 +66,15 @@ def left_out_stiffness(
         T = np.vstack([np.eye(len(soft)), np.zeros((3, len(soft))) if seen is None else -(seen.matrix[3:] @ shapes)])
         relative = flexible[:, None] * (T.T @ G @ T) * flexible
         largest = np.maximum(largest, np.abs(np.linalg.eigvalsh(relative)).max(axis=1))
-    by_interface = largest[9 : 9 + 6 * len(interfaces)].reshape(-1, 2, 3).max(axis=2)
+    by_interface = largest[9 : 9 + 6 * len(interfaces)].reshape(-1, 6)
     return {
-        "acceleration": float(largest[:3].max()),
-        "turning": float(largest[3:6].max()),
+        "acceleration": largest[:3].tolist(),
+        "turning": largest[3:6].tolist(),
         "spin": float(largest[6:9].max()),
         "interfaces": {marker.name: row.tolist() for marker, row in zip(interfaces, by_interface)},
         "loads": dict(zip(names, largest[9 + 6 * len(interfaces) :].tolist())),
+        "axes": np.eye(3).tolist(),
+        "origin": [0.0, 0.0, 0.0],
     }
 
 
@@ -87,14 +89,15 @@ def _inertia(fe) -> np.ndarray:
     return np.hstack([unit[:, :3], unit[:, 3:] @ B.reshape(6, 9).T])
 
 
-def _unit_stiffness(body: HeldBody, basis: Basis, interfaces, loads, direct, motions) -> np.ndarray:
-    """Return the geometric stiffness of the loads (ndof, n) on the motions (ndof, k): (n, k, k)."""
+def _unit_stiffness(body: HeldBody, basis: Basis, interfaces, columns, motions) -> np.ndarray:
+    """Return the geometric stiffness of the loads, columns (ndof, n), on the motions (ndof, k): (n, k, k)."""
     fe, field, parts = body.fe, body.fe.field(motions), []
-    for first in range(0, loads.shape[1], AT_ONCE):
-        some = slice(first, first + AT_ONCE)
-        static = basis.shapes @ ((basis.shapes.T @ loads[:, some]) / basis.w2[:, None])
+    for first in range(0, columns.shape[1], AT_ONCE):
+        loads = columns[:, first : first + AT_ONCE].toarray()
+        static = basis.shapes @ ((basis.shapes.T @ loads) / basis.w2[:, None])
         displacement = fe.field(static)
         part = np.sum([block.projected_geometric_stiffness(displacement, field) for block in fe.blocks], axis=0)
-        parts.append(part + coupling_stiffness(body, static, direct[:, some], interfaces, motions, 9 - first))
+        loads[:, max(9 - first, 0) : max(9 + 6 * len(interfaces) - first, 0)] = 0.0  # the rest acts on nodes
+        parts.append(part + coupling_stiffness(body, static, loads, interfaces, motions, 9 - first))
     G = np.concatenate(parts)
     return 0.5 * (G + G.transpose(0, 2, 1))

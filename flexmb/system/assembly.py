@@ -165,10 +165,12 @@ def _straighten(system: System, state: State, work, drawn: State, tolerance: flo
     for _ in range(ROUNDS):
         before = state.q.copy(), state.u.copy()
         state.q[elastic], state.u[:] = drawn.q[elastic], drawn.u
-        if project(system.program, state, work, right, state.q, bounds, system.gaps, system.units, 60) < 0:
-            state.q[:], state.u[:] = before
-            return
+        done = project(system.program, state, work, right, state.q, bounds, system.gaps, system.units, 60) >= 0
         bent = [float(np.linalg.norm(q[elastic] - drawn.q[elastic])) for q in (before[0], state.q)]
+        if not (done and bent[1] <= bent[0]):
+            state.q[:], state.u[:] = before
+            project(system.program, state, work, right, state.q, bounds, system.gaps, system.units, 60)  # of what stays
+            return
         if bent[1] > 0.1 * bent[0]:  # something must bend, or only rounding is left
             return
 

@@ -22,11 +22,24 @@ def told(caught):
 
 @pytest.mark.parametrize("tilt", [0.0, 1e-9, 0.1])
 def test_a_rod_on_its_head(tilt, recwarn):
-    fmb.statics(pendulum(tilt))
+    solution = fmb.statics(pendulum(tilt))
     (text,) = told(recwarn)
+    assert solution.statistics["warnings"] == [text]
     seconds = float(text.partition("every ")[2].partition(" s;")[0])
     assert seconds == pytest.approx(np.sqrt(2.0 * (1.0 + 0.02**2 * 3 / 4) / (3.0 * 9.81)), rel=5e-3)
     assert "Body 'rod', rotation about its" in text
+
+
+@pytest.mark.parametrize("down", [False, True])
+def test_a_stiff_beam_on_its_head(down, recwarn):
+    """Its own stiffness is 1e8 times that by its weight."""
+    section = fem.Section.solid_circle(0.05)
+    beam = fmb.AncfBeam(
+        "b", points=((0, 0, 0), (0, 0, -1.0 if down else 1.0)), elements=2, section=section, material=STEEL
+    )
+    joint = fmb.Spherical("foot", markers=("ground.origin", "b.start"))
+    fmb.statics(fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), beam], joints=[joint]))
+    assert len(told(recwarn)) == (not down)
 
 
 def test_a_rod_that_hangs(recwarn):

@@ -6,6 +6,7 @@ Reference: Euler's column, pi^2 EI / (4 L^2); the rotating cantilever, whose low
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import flexmb as fmb
 from flexmb import fem, reduction
@@ -19,7 +20,8 @@ def rod(geometric_stiffness=False, **more):
     points = np.column_stack([np.linspace(0.0, L, 13), np.zeros((13, 2))])
     sets = {"a": [0], "b": [12]}
     fe = fem.frame(points, section=fem.Section.solid_circle(D), material=STEEL, node_sets=sets)
-    return reduction.reduce(fe, {"a": "a", "b": "b"}, 4, geometric_stiffness=geometric_stiffness, **more)
+    more = {"loads": {"push": {6: (0.0, 1.0, 0.0)}}, "geometric_stiffness": geometric_stiffness, **more}
+    return reduction.reduce(fe, {"a": "a", "b": "b"}, 4, **more)
 
 
 def block():
@@ -36,20 +38,20 @@ def block():
     return reduction.reduce(fem.solid(mesh, STEEL), {"a": "a", "b": "b"}, 4)
 
 
-def column(data, force):
+def column(data, force, across=0.0):
     """Return the equilibrium of a body that is held at one end and pressed along its axis at the other."""
     model = fmb.Model(
         bodies=[fmb.Ground(), fmb.FloatingBody("b", data=data)],
         joints=[fmb.Fixed("hold", markers=("ground.origin", "b.a"))],
-        forces=[fmb.PointLoad("press", marker="b.b", force=(-force, 0.0, 0.0))],
+        forces=[fmb.PointLoad("press", marker="b.b", force=(-force, across, 0.0))],
     )
     return fmb.statics(model)
 
 
-def spinning(data, speed):
+def spinning(data, speed, **place):
     """Return a twentieth of a turn of a blade that is driven at a constant speed."""
     model = fmb.Model(
-        bodies=[fmb.Ground(), fmb.FloatingBody("b", data=data, angular_velocity=(0, 0, speed))],
+        bodies=[fmb.Ground(), fmb.FloatingBody("b", data=data, angular_velocity=(0, 0, speed), **place)],
         joints=[
             fmb.Revolute("hub", markers=("ground.origin", "b.a")),
             fmb.Drive("spin", joint="hub", angle=fmb.ramp(rate=speed)),
@@ -104,13 +106,21 @@ def test_a_stocky_body_carries_its_load(recwarn):
 
 
 def test_other_units_and_axes():
-    """In millimetres and tonnes: the same share; in other axes the same numbers."""
+    """In millimetres and tonnes, and in axes turned and moved: the same share."""
     data = rod()
     load = 0.5 * np.pi**2 * EI / (4.0 * L**2)
     with pytest.warns(fmb.ValidityWarning, match="its reduction leaves out"):
         expected = share(column(data, load))
-    turned = reduction.moved(data, rotation=(0.3, 0.2, -0.4)).left_out
-    assert turned["interfaces"]["b"] == pytest.approx(data.left_out["interfaces"]["b"])
     scaled = reduction.rescaled(data, length=1e3, mass=1e-3)
     with pytest.warns(fmb.ValidityWarning, match="its reduction leaves out"):
         assert share(column(scaled, load)) == pytest.approx(expected, rel=1e-6)
+
+    turn, origin = Rotation.from_rotvec((0.3, 0.2, -0.4)), (0.2, -0.5, 0.1)
+    moved = reduction.moved(data, rotation=turn, origin=origin)
+    assert moved.left_out["loads"] == data.left_out["loads"] != {}
+    back = turn.inv().as_matrix()
+    place = {"at": origin, "rotation": turn, "markers": {"a": fmb.Pose.axes(x=back[:, 0], z=back[:, 2])}}
+    speed = 3.0 * np.sqrt(EI / MU) / L**2
+    place["velocity"] = np.cross((0.0, 0.0, speed), origin)
+    with pytest.warns(fmb.ValidityWarning, match="its reduction leaves out"):
+        assert share(spinning(moved, speed, **place)) == pytest.approx(share(spinning(data, speed)), rel=1e-5)

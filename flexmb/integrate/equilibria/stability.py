@@ -9,8 +9,8 @@ __all__ = ["unstable_motion"]
 
 DENSE = 300
 """Velocities of a model up to which this is looked at."""
-NEGLIGIBLE = 1e-7
-"""Negative stiffness of a motion that is rounding, relative to the stiffnesses whose sum it is and to that by loads."""
+DIGITS, NEGLIGIBLE = 1e-12, 1e-7
+"""Negative stiffness that is rounding: relative to the stiffnesses whose sum it is, and to the one that loads make."""
 SYMMETRIC = 1e-6
 """Relative difference of a stiffness and its transpose beyond which loads follow the motion."""
 
@@ -54,7 +54,7 @@ def unstable_motion(tangent, extent: np.ndarray, by_loads: float) -> tuple[int, 
             return None
     k = int(np.argmin(values))
     x = N @ vectors[:, k]
-    rounding = max(np.abs(x) @ size @ np.abs(x), (x @ x) * by_loads)
-    if not (x @ K @ x < -NEGLIGIBLE * rounding and values[k] < 0.0):
+    rounding = max(DIGITS * (np.abs(x) @ size @ np.abs(x)), NEGLIGIBLE * (x @ x) * by_loads)
+    if not (x @ K @ x < -rounding and values[k] < 0.0):
         return None
     return int(np.argmax(np.abs(x))), float(1.0 / np.sqrt(-values[k]))

@@ -24,7 +24,6 @@ from flexmb.system.given_state import given_state, refuse_states
 from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import shared_reactions
 from flexmb.system.program import increment
-from flexmb.told import tell
 
 __all__ = ["statics"]
 
@@ -50,7 +49,8 @@ def statics(
     iteration is Newton's method with an artificial inertia that fades as the forces come into balance (pseudo-transient
     continuation, Kelley & Keyes 1998). It follows the damped motion of the mechanism downhill, through large rotations,
     also where some freedoms have no stiffness. Near an unstable equilibrium, a pendulum that stands on its head, it may
-    end there; in models of up to 300 freedoms that rest, a warning says so. In a model with contacts or stops a
+    end there; in models of up to 300 freedoms that rest, without first-order states or motions without inertia, a
+    warning says so. In a model with contacts or stops a
     step that runs far into one of them is taken back, and the inertia fades with the forces alone. If that finds
     nothing, it also fades by the stiffness, as without contacts. The last attempt accepts all steps.
 
@@ -184,26 +184,28 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold
             "rest give the drive a number",
             solution=solution,
         )
+    told = []
     if not (on_path or iteration.motion.u.any() or iteration.states.any()):
-        _tell_unstable(system, unstable_motion(iteration.tangent, iteration.extent, iteration.largest / iteration.size))
-    return _watched(solution)
+        leaves = unstable_motion(iteration.tangent, iteration.extent, iteration.largest / iteration.size)
+        told = [] if leaves is None else [_unstable(system, *leaves)]
+    return _watched(solution, told)
 
 
-def _tell_unstable(system, found: tuple[int, float] | None) -> None:
-    """Warn of a motion that leaves an equilibrium by itself: its greatest freedom, and the time in which it grows."""
-    if found is not None:
-        tell(
-            f"Model '{system.model.name}': the equilibrium is unstable: the smallest push moves "
-            f"{system.owner(found[0])} away from it, e times as far every {found[1]:.3g} s; expected: a stable "
-            "equilibrium. Begin nearer to one (state=, or other places in the model), or add what holds this motion."
-        )
+def _unstable(system, freedom: int, seconds: float) -> str:
+    """Return the words about a motion that leaves an equilibrium by itself, and grows by e in some seconds."""
+    return (
+        f"Model '{system.model.name}': the equilibrium is unstable: the smallest push moves {system.owner(freedom)} "
+        f"away from it, e times as far every {seconds:.3g} s; expected: a stable equilibrium. Begin nearer to one "
+        "(state=, or other places in the model), or add what holds this motion."
+    )
 
 
-def _watched(solution: Solution) -> Solution:
-    """Return the solution with what its bodies are valid for in equilibrium, its last sample; warn beyond that."""
+def _watched(solution: Solution, sentences: list[str]) -> Solution:
+    """Return the solution with what its bodies are valid for in equilibrium, its last sample; warn beyond that, and by
+    some sentences more."""
     (phase,) = solution.phases
     last = replace(phase, **{name: getattr(phase, name)[-1:] for name in ("t", "q", "u", "a", "lam", "works")})
-    return replace(solution, statistics={**solution.statistics, **in_equilibrium(last)})
+    return replace(solution, statistics={**solution.statistics, **in_equilibrium(last, told=sentences)})
 
 
 def _left(iteration: Descent) -> str:

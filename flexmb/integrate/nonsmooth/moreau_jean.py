@@ -47,7 +47,7 @@ class MoreauJean(metaclass=Described):
     impulsive: ClassVar[bool] = True
     """Does it follow laws with impulses?"""
     divides: ClassVar[bool] = True
-    """Is a step that it divides none that was asked for as it is?"""
+    """Does it divide steps by itself, so that a divided one needs no warning?"""
 
     def __post_init__(self):
         for name in ("step", "tolerance", "sweeps"):

@@ -46,6 +46,8 @@ FLOOR = 1e-9
 IMPACT = 0.1
 """Change of the speed of an impact on a compliant contact in a step, relative to it."""
 CUT, DIVERGED = "cut at contacts", "rejected by iteration"
+EFFORT = "iterations", "sweeps", "steps of Newton over contacts"
+"""Statistics that count steps which are taken back, too."""
 LEFT = "largest residual of contacts [m/s]"
 """Name of what the worst contact of all steps was left off its laws, in the statistics."""
 PUSHES = 60
@@ -344,7 +346,7 @@ class Stepper:
         if not self.switches:
             return self._step(h)
         arrays = self.q, self.u, self.lam, self.a, self.points, self.P, self.closed, self.wrenches
-        t, length, works, steps = self.t, self.h, self.works.copy(), self.counts["steps"]
+        t, length, works, counts = self.t, self.h, self.works.copy(), dict(self.counts)
         shortest = max(SHORTEST * self.settings.step, UNCUT * smallest_step(t, self.goal))
         if not self._step(h):
             if not self.diverged or 0.25 * h < shortest:
@@ -356,7 +358,9 @@ class Stepper:
         self.most = min(self.settings.step, max(part, shortest / h) * h)
         if part < 1.0 and h > shortest:
             self.q, self.u, self.lam, self.a, self.points, self.P, self.closed, self.wrenches = arrays
-            self.t, self.h, self.works, self.counts["steps"] = t, length, works, steps
+            self.t, self.h, self.works = t, length, works
+            effort = {name: self.counts[name] for name in EFFORT}
+            self.counts |= counts | effort
             self.counts[CUT] += 1
         else:
             keep_switches(self.switching, h)

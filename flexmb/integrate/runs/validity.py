@@ -138,9 +138,10 @@ class Validity:
         return state, self._work
 
 
-def in_equilibrium(phase: Phase, since: str = "in equilibrium") -> dict[str, Any]:
-    """Return the statistics of validity of equilibria, the samples of a phase, and give their warnings."""
+def in_equilibrium(phase: Phase, since: str = "in equilibrium", told: Iterable[str] = ()) -> dict[str, Any]:
+    """Return the statistics of validity of equilibria, the samples of a phase; warn of what is told, too."""
     validity = Validity(since=since)
+    validity.tell(list(told))
     validity.look(phase.system, {name: getattr(phase, name) for name in ("t", "q", "u", "a", "lam")})
     return validity.statistics
 
