@@ -46,7 +46,7 @@ def no_file_because(path: Path, endings: Collection[str] = (), missing: str = "n
             return Found(f"it is a link to '{os.readlink(path)}', which does not exist", "Correct the link")
         return Found(missing, near_name(path, endings))
     except NotADirectoryError:
-        first = next((p for p in reversed(path.parents) if p.exists() and not p.is_dir()), path.parent)
+        first = next((p for p in reversed(path.parents) if os.path.isfile(p)), path.parent)
         return Found(f"'{first}' on the way to it is a file", "Correct the path")
     except PermissionError:
         return Found("the folder it lies in may not be entered", "Ask its owner, or copy the file")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from flexmb.errors import MeshError
@@ -17,7 +18,7 @@ def require_mesh(path: Path) -> None:
     """Raise MeshError if what is there cannot be a mesh or a deck; that nothing is there, readers say."""
     from flexmb import fem
 
-    if path.exists() and no_file_because(path, {*fem.DECK_READERS, ".msh"}) is not None:
+    if os.path.exists(path) and no_file_because(path, {*fem.DECK_READERS, ".msh"}) is not None:
         (fem.read_deck if path.suffix.lower() in fem.DECK_READERS else fem.read_mesh)(path)  # says what is there
     if path.suffix.lower() in OTHER:
         kind, verb = OTHER[path.suffix.lower()]

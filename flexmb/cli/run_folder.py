@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import time
 from collections.abc import Iterator
@@ -98,31 +99,31 @@ def open_run(folder: str | Path, *, trust: bool = False) -> fmb.Solution:
     `flexmb.load_model`.
     """
     folder = Path(folder)
-    if not (folder / SOLUTION).is_file():
+    if not os.path.isfile(folder / SOLUTION):
         raise _no_run(folder)
     stored = fmb.Solution.load(folder / SOLUTION, read_model=partial(fmb.read_model_text, trust=trust))
-    if stored.model is not None or not (folder / MODEL).is_file():
+    if stored.model is not None or not os.path.isfile(folder / MODEL):
         return stored
     return fmb.Solution.load(folder / SOLUTION, model=fmb.load_model(folder / MODEL, trust=trust))
 
 
 def _no_run(folder: Path) -> DataFileError:
     """Return what is said of a path that is no run folder: what is there, and which folder may be meant."""
-    beside = sorted(p.parent.name for p in folder.parent.glob(f"*/{SOLUTION}")) if folder.parent.is_dir() else []
-    inside = runs_below(folder) if folder.is_dir() else []
+    beside = sorted(p.parent.name for p in folder.parent.glob(f"*/{SOLUTION}")) if os.path.isdir(folder.parent) else []
+    inside = runs_below(folder) if os.path.isdir(folder) else []
     remedy = did_you_mean(folder.name, beside) or "Correct the path, or run the model first"
-    if folder.is_dir():
+    if os.path.isdir(folder):
         kind = folder_in_words(folder)
         found = f"there is no {SOLUTION}" + ("" if kind == "a folder" else f", it is {kind}")
         if inside:
             remedy = f"Name one of the runs in it: {', '.join(inside[:MOST])}{', ...' if len(inside) > MOST else ''}"
-    elif folder.is_file():
+    elif os.path.isfile(folder):
         found = "it is a file"
-        if (folder.parent / SOLUTION).is_file():
+        if os.path.isfile(folder.parent / SOLUTION):
             found, remedy = "it is a file in a run folder", f"Name the folder: {folder.parent}"
         elif folder.suffix.lower() == ".toml":
             found, usual = "it is a model file", Path("runs") / folder.stem
-            made = (usual / SOLUTION).is_file()
+            made = os.path.isfile(usual / SOLUTION)
             remedy = f"Name its run folder: {usual}" if made else f"Run it first: flexmb run {folder}"
         elif folder.suffix.lower() == ".h5":
             remedy = f"Name a folder; what a data file holds: flexmb show {folder}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 import tomllib
 from collections.abc import Mapping
@@ -34,7 +35,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     """
     part = f"Model file '{path}'"
     found = no_file_because(path, (".toml",), "the file does not exist")
-    if found is not None and path.exists() and path.is_dir():
+    if found is not None and os.path.isdir(path):
         raise ModelError(
             part,
             found=f"it cannot be opened ({found.what.removeprefix('it is ')})",
@@ -45,7 +46,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         check_size(path, part)
         text = path.read_bytes().decode("utf-8")
     except FileNotFoundError:
-        near = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
+        near = sorted(p.name for p in path.parent.glob("*.toml")) if os.path.isdir(path.parent) else []
         where = f"The folder holds: {', '.join(near[:8])}" if near else f"Folder: {resolved(path.parent)}"
         found = found or Found("the file does not exist")
         meant = f"Correct the path. {found.remedy}" if "?" in found.remedy else found.remedy or "Correct the path"

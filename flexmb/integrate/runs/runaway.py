@@ -62,7 +62,8 @@ class Runaway:
         return _words(system, speed, passed)
 
     def far_gone(self, integrator, system, work, variables, reached: float) -> str | None:
-        """Return the words about a motion that a failed run has left far beyond its model, or None.
+        """Return the words about a motion that a failed run has left far beyond its model, or None: a satellite in its
+        orbit goes as far, so something must follow measurements.
 
         Parameters
         ----------
@@ -70,7 +71,7 @@ class Runaway:
             Time at which the integrator stands; not finite if it does not say.
         """
         speed = _present(integrator, system, work, variables, reached) if np.isfinite(reached) else None
-        if speed is None or not speed.lengths * (reached - self.begin) > BEYOND:
+        if speed is None or not speed.lengths * (reached - self.begin) > BEYOND or not _that_follow(system):
             return None
         return _words(system, speed, reached - self.begin)
 
@@ -92,12 +93,17 @@ def _present(integrator, system, work, variables, now: float) -> _Speed | None:
 
 def _words(system, speed: _Speed, passed: float) -> str:
     unit = "rad" if system.is_turn(speed.row) else "m"
-    follow = [part.title for part in system.model.forces if any(one.follows for one in _signals(part))]
+    follow = _that_follow(system)
     loops = f"; what follows measurements: {', '.join(follow)}" if follow else ""
     return (
         f"the motion of {system.owner(speed.row)}, grows without bound: {speed.value:.3g} {unit}/s after "
         f"{passed:.3g} s, {speed.lengths * passed:.1g} times the length of the model in that time{loops}"
     )
+
+
+def _that_follow(system) -> list[str]:
+    """Return the titles of the forces that follow measurements."""
+    return [part.title for part in system.model.forces if any(one.follows for one in _signals(part))]
 
 
 def _signals(part: Any) -> Iterator[Signal]:
