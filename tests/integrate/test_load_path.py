@@ -4,9 +4,11 @@ and what is said at limit points.
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from tolerances import SOLVER
 
 import flexmb as fmb
+from flexmb import fem, reduction
 from flexmb.errors import FlexmbError, IntegrationError, ModelError
 from flexmb.results import Solution
 
@@ -177,3 +179,78 @@ def test_messages():
     path = fmb.statics(truss(), t=1.0, path=fmb.ArcLength())
     with pytest.raises(FlexmbError, match=r"the load goes up and down.*phases\[0\]\.instant"):
         path.state(0.1)
+
+
+BOTH_PATHS = pytest.mark.parametrize("path", [fmb.LoadSteps(steps=5), fmb.ArcLength()], ids=["steps", "arc"])
+
+
+@BOTH_PATHS
+@pytest.mark.parametrize(
+    ("across", "along", "at_end"),
+    [("10*t", "0*t", (10, 0)), ("10", "20*t", (10, 20)), ("1 + t", "-30*t", (2, -30)), ("10", "-30*t", (10, -30))],
+)
+def test_a_rigid_bar_on_a_hinge_does_not_buckle(path, across, along, at_end):
+    """Its hinge and a spring about it hold it: k a = (Fx cos a - Fy sin a) L. Its translations have no stiffness;
+    rounding in the place of one made the hinge yield, and the path was told to end at bifurcations.
+    """
+    bar = fmb.RigidBody("bar", mass=1.0, inertia=(1.0, 1.0, 1.0), markers={"foot": (0, 0, 0), "tip": (0, 1, 0)})
+    push = (fmb.expression(across), fmb.expression(along), 0.0)
+    model = fmb.Model(
+        bodies=[fmb.Ground(), bar],
+        joints=[fmb.Revolute("hinge", markers=("ground.origin", "bar.foot"))],
+        forces=[
+            fmb.TorsionSpring("spring", joint="hinge", stiffness=100.0),
+            fmb.PointLoad("push", marker="bar.tip", force=push),
+        ],
+        sensors=[fmb.Position("tip", marker="bar.tip")],
+    )
+    found = fmb.statics(model, t=1.0, path=path)
+    assert found.t[-1] == 1.0
+    assert found.limit_points == ()
+    fx, fy = at_end
+    a = brentq(lambda a: 100.0 * a - fx * np.cos(a) + fy * np.sin(a), -1.0, 1.0)
+    np.testing.assert_allclose(found["tip"][-1], [np.sin(a), np.cos(a), 0.0], atol=1e-8)
+
+
+def strut(press: float, side: float):
+    """A slender strut of 1 m between hinges, that is pressed by ``press * t`` and pushed aside in its middle."""
+    diameter, steel = 0.01, fmb.Material(young=210e9, poisson=0.3, density=7850.0)
+    points = np.column_stack([np.linspace(0.0, 1.0, 17), np.zeros((17, 2))])
+    sets = {"a": [0], "mid": [8], "b": [16]}
+    fe = fem.frame(points, section=fem.Section.solid_circle(diameter), material=steel, node_sets=sets, shear=False)
+    data = reduction.reduce(fe, {name: name for name in sets}, 6, geometric_stiffness=True)
+    ends = {"a": fmb.Pose.axes((0, 0, 0), z=(0, 1, 0)), "b": fmb.Pose.axes((1, 0, 0), z=(1, 0, 0))}
+    body = fmb.FloatingBody("s", data=data, markers={"a": fmb.Pose.axes(z=(0, 1, 0))})
+    return fmb.Model(
+        bodies=[fmb.Ground(markers=ends), body],
+        joints=[
+            fmb.Revolute("left", markers=("ground.a", "s.a")),
+            fmb.InLine("right", markers=("ground.b", "s.b")),
+        ],
+        forces=[
+            fmb.PointLoad("press", marker="s.b", force=(fmb.expression("-p*t", p=press), 0, 0)),
+            fmb.PointLoad("side", marker="s.mid", force=(0, 0, -side)),
+        ],
+        sensors=[fmb.Position("middle", marker="s.mid")],
+    )
+
+
+EULER, BENDING = np.pi**2 * 210e9 * np.pi * 0.01**4 / 64.0, 210e9 * np.pi * 0.01**4 / 64.0
+
+
+@BOTH_PATHS
+def test_a_load_that_stays_beside_one_that_grows(path):
+    """Q L^3 / (48 E I) 3 (tan u - u) / u^3, u = pi/2 sqrt(P / P_E) (Timoshenko & Gere, Theory of Elastic Stability)."""
+    found = fmb.statics(strut(0.3 * EULER, 20.0), t=1.0, path=path)
+    u = 0.5 * np.pi * np.sqrt(0.3)
+    expected = 20.0 / (48.0 * BENDING) * 3.0 * (np.tan(u) - u) / u**3
+    assert found.limit_points == ()
+    assert -found["middle"][-1, 2] == pytest.approx(expected, rel=1e-3)
+
+
+def test_beyond_the_buckling_load_the_way_there_is_told():
+    with pytest.raises(IntegrationError) as caught:
+        fmb.statics(strut(1.2 * EULER, 1e-3), t=1.0, path=fmb.LoadSteps(steps=12))
+    factor = float(caught.value.found.partition("load factor ")[2].partition(" ")[0])
+    assert factor == pytest.approx(1.0 / 1.2, rel=2e-3)
+    assert "where Body 's' buckles" in caught.value.found

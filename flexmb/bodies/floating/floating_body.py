@@ -28,9 +28,9 @@ from flexmb.model.table import Table
 __all__ = ["FloatingBody"]
 
 STIFFENING = ("inertia", "interface", "loads", "preload")
+"""The groups of geometric stiffness, in the order of their matrices."""
 NEAR = 1e-6
 """Of the body's size: the digits of a mesh file, by which a described place of a marker may differ from its own."""
-"""The groups of geometric stiffness, in the order of their matrices."""
 
 
 @dataclass(frozen=True, eq=False)

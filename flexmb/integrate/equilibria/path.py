@@ -18,11 +18,12 @@ from scipy.sparse.linalg import splu
 from flexmb.integrate.extent import extents
 from flexmb.integrate.matrices import stiffness_at
 from flexmb.math.weights import no_matrix
-from flexmb.system.mobility import mass_metric
 from flexmb.system.program import advance, evaluate, increment, keep_branches
 
 __all__ = ["EquilibriumPath", "Point"]
 
+SOFTEST = 1e-6
+"""Stiffness of a freedom, relative to the largest, below which it does not count."""
 ITERATIONS = 10
 """Most corrections of a point; beyond, a shorter arc is cheaper."""
 
@@ -199,7 +200,7 @@ class EquilibriumPath:
             np.max(reactions / self.extent, initial=0.0),
             np.max(np.abs(slope[:nu] / self.extent), initial=0.0),
         )
-        soft = 1e-12 * (abs(G).power(2) @ (1.0 / mass_metric(K)))
+        soft = 1e-12 * (abs(G).power(2) @ (1.0 / self._stiffness(K)))
         soft = np.maximum(soft, 1e-6 * np.max(soft, initial=0.0))
         border = sparse.csr_matrix(self.metric * tangent)
         n = nu + self.system.ng
@@ -212,6 +213,14 @@ class EquilibriumPath:
             format="csc",
         )
         return matrix, np.append(rest, 0.0)
+
+    def _stiffness(self, K) -> np.ndarray:
+        """Return the size of the diagonal of K (nu,), with a floor: rounding in it is no softness, and an equation
+        between freedoms without stiffness must not yield.
+        """
+        size = abs(K.diagonal()) / self.extent**2
+        stiffest = float(np.max(size, initial=0.0))
+        return np.maximum(size, SOFTEST * stiffest if stiffest > 0.0 else 1.0) * self.extent**2
 
 
 def _sign(factor) -> float:

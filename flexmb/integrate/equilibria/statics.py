@@ -25,7 +25,7 @@ from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import shared_reactions
 from flexmb.system.program import increment
 
-__all__ = ["statics"]
+__all__ = ["equilibrium", "statics"]
 
 FAR = 1.0
 """Lengths of the model, or rad: a search that has moved a part by more may have met a motion that nothing holds."""
@@ -131,7 +131,14 @@ def _places(model, t, state) -> dict:
     }
 
 
-def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold_states: bool = False) -> Solution:
+def equilibrium(model: Model, t: float) -> Solution:
+    """Return the equilibrium with which a run begins: as `statics`, but the run watches the validity of its bodies."""
+    return _descend(model, t, 1e-9, 400, None, watched=False)
+
+
+def _descend(
+    model, t, tolerance, iterations, state, on_path: bool = False, hold_states: bool = False, watched: bool = True
+) -> Solution:
     """Return the path downhill to the equilibrium at time t."""
     system, start = (
         assemble_as_drawn(model, t=t) if state is None else assemble(model, t=t, state=_places(model, t, state))
@@ -188,7 +195,7 @@ def _descend(model, t, tolerance, iterations, state, on_path: bool = False, hold
     if not (on_path or iteration.motion.u.any() or iteration.states.any()):
         leaves = unstable_motion(iteration.tangent, iteration.extent, iteration.largest / iteration.size)
         told = [] if leaves is None else [_unstable(system, *leaves)]
-    return _watched(solution, told)
+    return _watched(solution, told, look=watched)
 
 
 def _unstable(system, freedom: int, seconds: float) -> str:
@@ -200,11 +207,12 @@ def _unstable(system, freedom: int, seconds: float) -> str:
     )
 
 
-def _watched(solution: Solution, sentences: list[str]) -> Solution:
-    """Return the solution with what its bodies are valid for in equilibrium, its last sample; warn beyond that, and by
-    some sentences more."""
+def _watched(solution: Solution, sentences: list[str], look: bool) -> Solution:
+    """Return the solution with what its bodies are valid for in equilibrium, its last sample; warn beyond that, if
+    asked to look at it, and by some sentences more."""
     (phase,) = solution.phases
-    last = replace(phase, **{name: getattr(phase, name)[-1:] for name in ("t", "q", "u", "a", "lam", "works")})
+    some = slice(-1, None) if look else slice(0)
+    last = replace(phase, **{name: getattr(phase, name)[some] for name in ("t", "q", "u", "a", "lam", "works")})
     return replace(solution, statistics={**solution.statistics, **in_equilibrium(last, told=sentences)})
 
 

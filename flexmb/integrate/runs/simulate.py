@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import IntegrationError, ModelError, did_you_mean
-from flexmb.integrate.equilibria.statics import statics
+from flexmb.integrate.equilibria.statics import equilibrium
 from flexmb.integrate.explicit.explicit import Explicit
 from flexmb.integrate.impulsive import require_method, rigid_contacts
 from flexmb.integrate.nonsmooth.apart import require_drawn_apart
@@ -90,7 +90,7 @@ def state_at(start, model: Model, t: float):
                 expected="'equilibrium', a Solution or an instant of one",
                 remedy="Leave it out to begin as described",
             )
-        start = statics(model, t=t)
+        start = equilibrium(model, t)
     start = getattr(start, "final", start)
     system = compile_model(start.model or model)
     if len(start.q) != system.nq or len(start.u) != system.nu:
