@@ -15,7 +15,6 @@ import argparse
 import multiprocessing
 import os
 import platform
-import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -25,6 +24,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
 
 from flexmb.cli.progress import ProgressBar
+from flexmb.ctrl_c import ctrl_c_ignored
 from flexmb.errors import FlexmbError, ModelError
 from flexmb.files import complaints, resolved
 from flexmb.math import SWITCH, cores, ship_kernels, shipped_level
@@ -109,7 +109,7 @@ def _in_processes(jobs: int) -> int:
     count = 0
     with _complete(), ProgressBar() as progress, _pool(jobs) as pool:
         done = 0
-        with _ctrl_c_ignored():
+        with ctrl_c_ignored():
             declared = [pool.submit(_declared, part, jobs) for part in range(jobs)]
             analyses = [pool.submit(_analysis, name) for name in ANALYSES]
         for wave in (declared, analyses):
@@ -133,20 +133,6 @@ def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _ctrl_c_ignored() -> Iterator[None]:
-    """Let processes that are started meanwhile ignore Ctrl-C, which a terminal sends to all: it is for their parent."""
-    try:
-        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    except ValueError:  # not the main thread
-        handler = None
-    try:
-        yield
-    finally:
-        if handler is not None:
-            signal.signal(signal.SIGINT, handler)
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from flexmb.ctrl_c import ctrl_c_ignored
 from flexmb.math import SWITCH, watch_compilation
 
 __all__ = ["Worker"]
@@ -83,19 +84,14 @@ def _environment():
     before = {name: os.environ.get(name) for name in wanted}
     os.environ.update(wanted)
     try:
-        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    except ValueError:  # not the main thread
-        handler = None
-    try:
-        yield
+        with ctrl_c_ignored():
+            yield
     finally:
         for name, value in before.items():
             if value is None:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
-        if handler is not None:
-            signal.signal(signal.SIGINT, handler)
 
 
 def _serve(pipe: Any, pickled: bytes) -> None:

@@ -11,6 +11,7 @@ MAY_KNOW = {
     "found": (),
     "lock": (),
     "broken_pipes": (),
+    "ctrl_c": (),
     "drain": (),
     "hdf5_probe": (),
     "hdf5_seal": (),
@@ -65,7 +66,7 @@ MAY_KNOW = {
         "results",
     ),
     "view": ("files", "math", "model", "surfaces", "bodies", "results", "io"),
-    "study": ("files", "found", "lock", "broken_pipes", "math", "model", "parts", "results", "io"),
+    "study": ("files", "found", "lock", "broken_pipes", "ctrl_c", "math", "model", "parts", "results", "io"),
     "fmi": ("files", "found", "model", "forces", "sensors", "results", "io"),
     "cli": (),
 }

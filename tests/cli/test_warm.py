@@ -75,7 +75,7 @@ def test_an_interruption_does_not_wait_for_what_is_compiled():
 
     def interrupted():
         with warm._pool(1) as pool:
-            with warm._ctrl_c_ignored():
+            with warm.ctrl_c_ignored():
                 tasks.extend(pool.submit(time.sleep, 60.0) for _ in range(2))
             while not tasks[0].running():
                 time.sleep(0.01)

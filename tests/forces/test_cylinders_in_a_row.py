@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from contracts.test_tangents import assert_tangent
+from forces.described_markers import Described
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -12,23 +13,6 @@ from flexmb.forces.path_fields import described_length
 from flexmb.io.scene import Scene
 from flexmb.system import compile
 from flexmb.system.program import evaluate
-
-
-class Described:
-    """Answers where the markers of a way are, as a compiler does."""
-
-    def __init__(self, model):
-        self.model = model
-
-    def marker(self, name):
-        return name
-
-    def position(self, name):
-        return self.pose(name)[0]
-
-    def pose(self, name):
-        holder, own = self.model.marker(name)
-        return np.array(getattr(holder, "at", (0, 0, 0))) + own.at, own.matrix  # bodies are not turned here
 
 
 def over(P, S, cylinders, **more) -> fmb.Model:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from contracts.random_models import body
 from contracts.test_tangents import assert_tangent
+from forces.described_markers import Described
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, least_squares
 
@@ -147,23 +148,6 @@ def test_energy_balances():
 
 
 # ------------------------------------------------------------------------------------------------ ways over cylinders
-
-
-class Described:
-    """Answers where the markers of a way are, as a compiler does."""
-
-    def __init__(self, model):
-        self.model = model
-
-    def marker(self, name):
-        return name
-
-    def position(self, name):
-        return self.pose(name)[0]
-
-    def pose(self, name):
-        holder, own = self.model.marker(name)
-        return np.array(getattr(holder, "at", (0, 0, 0))) + own.at, own.matrix  # bodies are not turned here
 
 
 def leg(P, S, radius, tilt=None, **more) -> fmb.Model:
