@@ -29,6 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--to", metavar="FOLDER", help="where to write; default: the run folder")
 
 
+ELSEWHERE = {".xdmf": " 5.12 or newer the .vtkhdf files, in older ones with 'XDMF Reader' (not Xdmf3)"}
+"""What to add where not every ParaView opens a file by itself."""
+
+
 def execute(arguments: argparse.Namespace) -> int:
     solution = open_run(arguments.run, trust=arguments.trust)
     name = resolved(arguments.run).name
@@ -38,9 +42,8 @@ def execute(arguments: argparse.Namespace) -> int:
     for ending, asked in ((".pvd", arguments.vtk or nothing), (".vtkhdf", arguments.vtkhdf)):
         if asked:
             file = target / f"{name}{ending}"
-            print(
-                f"Open in ParaView: {fmb.write_vtk(solution, file, every=arguments.every, surface=arguments.surface)}"
-            )
+            written = fmb.write_vtk(solution, file, every=arguments.every, surface=arguments.surface)
+            print(f"Open in ParaView{ELSEWHERE.get(written.suffix, '')}: {written}")
             script = fmb.view.paraview_script(solution, file)
             print(f"  ready-made, with colours, camera and time: paraview --script={script}")
     if arguments.csv:

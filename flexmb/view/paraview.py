@@ -16,6 +16,12 @@ from flexmb.view.viewpoint import viewpoint
 
 __all__ = ["paraview_script"]
 
+UNREAD = {
+    ".pvd": "this file should be beside this script",
+    ".vtkhdf": "ParaView 5.12 and newer read .vtkhdf. In this one open the .xdmf with 'XDMF Reader', or export --vtk",
+}
+"""What to do where ParaView does not open a file."""
+
 SCRIPT = """# Opens {title} in ParaView with colours, camera and time: paraview --script={name}
 # In ParaView that is open already: Tools > Python Shell > Run Script.
 
@@ -36,13 +42,21 @@ PARTS = [
 {parts}
 ]
 
+
+def opened(file):
+    try:
+        return OpenDataFile(str(FOLDER / file))
+    except RuntimeError as error:  # ParaView before 5.12 and .vtkhdf
+        raise RuntimeError(f"{{error}}: {unread}") from error
+
+
 view = GetActiveViewOrCreate("RenderView")
 stress = GetColorTransferFunction(STRESS)
 stress.ApplyPreset("Turbo", True)
 stress.RescaleTransferFunction(0.0, LARGEST or 1.0)
 
 for name, file, colour, elastic in PARTS:
-    part = OpenDataFile(str(FOLDER / file))
+    part = opened(file)
     RenameSource(name, part)
     shown = Show(part, view)
     shown.Representation = "Surface"
@@ -114,6 +128,7 @@ def paraview_script(solution, path: str | Path, *, camera=None) -> Path:
         parts="\n".join(rows),
         camera=", ".join(str([float(f"{x:.6g}") for x in np.array(vector)]) for vector in place),
         angle=VIEW_ANGLE,
+        unread=UNREAD.get(path.suffix, UNREAD[".vtkhdf"]),
     )
     return write_text(script, text)
 
