@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -16,6 +16,31 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 def name(path: Path) -> str:
     """Return the path relative to the repository, for messages and test ids."""
     return path.relative_to(ROOT).as_posix()
+
+
+def for_each(paths: Iterable[Path]) -> Callable[[Callable[[Path], None]], Callable[[], None]]:
+    """Return a decorator that makes one test of a check of one file; it tells all files that fail.
+
+    One test for each of a thousand files takes three times as long: most of it in what surrounds a test.
+    """
+    paths = tuple(paths)
+
+    def decorated(check: Callable[[Path], None]) -> Callable[[], None]:
+        def test() -> None:
+            assert paths, "no files found"
+            failures = []
+            for path in paths:
+                try:
+                    check(path)
+                except AssertionError as error:
+                    failures.append(f"{name(path)}: {error}")
+            assert not failures, "\n".join(failures)
+
+        test.__name__, test.__qualname__, test.__doc__ = check.__name__, check.__qualname__, check.__doc__
+        test.__module__ = check.__module__
+        return test
+
+    return decorated
 
 
 def dotted(path: Path) -> str:

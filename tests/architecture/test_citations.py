@@ -5,9 +5,9 @@ equations of papers, "eq. (41)", are left alone.
 """
 
 import re
+from functools import cache
 
-import pytest
-from architecture.sources import FILES, ROOT, name
+from architecture.sources import FILES, ROOT, for_each, name
 
 THEORY = ROOT / "docs" / "theory"
 CITED = re.compile(r"\beqs?\.\s+((?:\([a-z][\w-]*\)(?:,\s*|\s+and\s+|\s+to\s+)?)+)")
@@ -16,6 +16,7 @@ DEFINED = re.compile(r"^:label:\s*([\w-]+)\s*$|^\$\$\s*\(([\w-]+)\)\s*$", re.MUL
 PAGE = re.compile(r"\bdocs/[\w./-]+\.md\b")
 
 
+@cache
 def defined_labels():
     pages = THEORY.glob("*.md")
     return [first or second for page in pages for first, second in DEFINED.findall(page.read_text("utf-8"))]
@@ -27,7 +28,7 @@ def test_labels_are_unique():
     assert not twice, f"defined twice in docs/theory: {twice}"
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@for_each(FILES)
 def test_cited_equations_exist(path):
     text = path.read_text(encoding="utf-8")
     cited = {label for group in CITED.findall(text) for label in LABEL.findall(group)}
@@ -35,7 +36,7 @@ def test_cited_equations_exist(path):
     assert not missing, f"{name(path)} cites {missing}, which no page of docs/theory defines"
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@for_each(FILES)
 def test_cited_pages_exist(path):
     missing = [page for page in PAGE.findall(path.read_text(encoding="utf-8")) if not (ROOT / page).is_file()]
     assert not missing, f"{name(path)} cites {missing}"

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 from architecture.rooms import DOORS, HEAVY
-from architecture.sources import FILES, PACKAGE, ROOT, imports, name
+from architecture.sources import FILES, PACKAGE, ROOT, for_each, imports, name
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@for_each(FILES)
 def test_third_party_packages_have_one_door(path):
     inside = path.relative_to(PACKAGE).as_posix()
     wrong = []

@@ -5,8 +5,7 @@ import re
 from functools import cache
 from typing import NamedTuple
 
-import pytest
-from architecture.sources import FILES, ROOT, name, tree
+from architecture.sources import FILES, ROOT, for_each, name, tree
 
 COMPILED = {"entry_kernel", "kernel", "inner_kernel", "pointer_kernel", "row_kernel", "switch_kernel"}
 OUTSIDE = [
@@ -49,7 +48,7 @@ def text(path):
 WITH_KERNELS = [path for path in FILES if re.search(r"^\s*@(inner_)?kernel\b", text(path), re.MULTILINE)]
 
 
-@pytest.mark.parametrize("path", WITH_KERNELS, ids=name)
+@for_each(WITH_KERNELS)
 def test_inner_kernels_are_called_by_kernels_only(path):
     for function, kind, outside in compiled(path):
         if not function.startswith("_"):
@@ -61,18 +60,22 @@ def test_inner_kernels_are_called_by_kernels_only(path):
 
 
 @cache
-def mentioning(function):
-    """Return the files in which a name stands: most stand in one, so that few are searched."""
-    return [path for path in (*FILES, *OUTSIDE) if function in text(path)]
+def mentioning():
+    """Return the files in which each name stands: most stand in one, so that few are searched."""
+    found = {}
+    for path in (*FILES, *OUTSIDE):
+        for word in set(re.findall(r"\w+", text(path))):
+            found.setdefault(word, []).append(path)
+    return found
 
 
 def elsewhere(path, function):
     """Return the files that take a private function of a file."""
     used = re.compile(rf"import[^\n]*\b{function}\b|\b{path.stem}\.{function}\b")
-    return [other for other in mentioning(function) if other != path and used.search(text(other))]
+    return [other for other in mentioning()[function] if other != path and used.search(text(other))]
 
 
-@pytest.mark.parametrize("path", WITH_KERNELS, ids=name)
+@for_each(WITH_KERNELS)
 def test_inner_kernels_stay_in_their_file(path):
     inner = [kernel.name for kernel in compiled(path) if kernel.kind == "inner_kernel"]
     found = {function: [name(other) for other in elsewhere(path, function)] for function in inner}

@@ -2,8 +2,7 @@
 
 import re
 
-import pytest
-from architecture.sources import FILES, ROOT, name
+from architecture.sources import FILES, ROOT, for_each, name
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *sorted((ROOT / "meshes").rglob("*.md"))]
 WIDTH = 140
@@ -20,7 +19,7 @@ PHRASES = {
 """Words that read as translated, and what to write instead."""
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix())
+@for_each(PAGES)
 def test_lines_of_pages_fit(path):
     """Rows of tables cannot be divided; everything else can."""
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -28,7 +27,7 @@ def test_lines_of_pages_fit(path):
     assert not long, f"{path.relative_to(ROOT)}: lines {long} have more than {WIDTH} characters"
 
 
-@pytest.mark.parametrize("path", [*PAGES, *FILES], ids=lambda path: path.relative_to(ROOT).as_posix())
+@for_each([*PAGES, *FILES])
 def test_words_are_plain(path):
     text = re.sub(r"\s+(# )?", " ", path.read_text(encoding="utf-8"))
     found = [

@@ -4,7 +4,7 @@ from graphlib import CycleError, TopologicalSorter
 
 import pytest
 from architecture.rooms import MAY_CALL, MAY_KNOW, MAY_USE_THE_FACE, MUST_NOT_KNOW
-from architecture.sources import FILES, PACKAGE, ROOT, dotted, imports, name, room
+from architecture.sources import FILES, PACKAGE, ROOT, dotted, for_each, imports, name, room
 
 
 def covers(entries, module):
@@ -21,7 +21,7 @@ def allowed(here, target):
     return known or target in MAY_CALL.get(here, ())
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@for_each(FILES)
 def test_imports_point_upwards(path):
     here = room(path)
     if here == "":

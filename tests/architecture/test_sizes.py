@@ -2,8 +2,7 @@
 
 import re
 
-import pytest
-from architecture.sources import FILES, name, source
+from architecture.sources import FILES, for_each, name, source
 
 FILE_LINES = 440
 FUNCTION_LINES = 90
@@ -11,13 +10,13 @@ EMPTY_NAMES = {"util", "utils", "helper", "helpers", "manager", "base", "misc", 
 UNFINISHED = re.compile(r"NotImplementedError|\b(?:TO" r"DO|FIX" r"ME|X" r"XX|HA" r"CK)\b")
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@for_each(FILES)
 def test_a_file_is_one_thing(path):
     lines = len(path.read_text(encoding="utf-8").splitlines())
     assert lines <= FILE_LINES, f"{name(path)} has {lines} lines: it is probably two things"
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@for_each(FILES)
 def test_a_function_fits_on_a_screen(path):
     long = [
         f"{name(path)}:{first} {function} has {last - first + 1} lines"
@@ -27,7 +26,7 @@ def test_a_function_fits_on_a_screen(path):
     assert not long, "\n".join(long)
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@for_each(FILES)
 def test_nothing_is_left_half_done(path):
     text = path.read_text(encoding="utf-8")
     found = [
@@ -38,12 +37,12 @@ def test_nothing_is_left_half_done(path):
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@for_each(FILES)
 def test_names_say_what_a_thing_is(path):
     words = set(path.stem.strip("_").split("_"))
     assert not words & EMPTY_NAMES, f"{name(path)}: what is it about?"
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@for_each(FILES)
 def test_a_module_says_what_it_is(path):
     assert len(source(path).docstring.split()) >= 3, f"{name(path)} has no docstring that says what it holds"
