@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.constraints.by_function import FunctionOfScalars
-from flexmb.constraints.measured import (
+from flexmb.constraints.measured import Measured
+from flexmb.constraints.measured_kernels import (
     MEASURED,
     POSITION,
     VELOCITY,
-    Measured,
     add_measured_curvature,
     measure_scalar,
 )

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.constraints.measured import ACCELERATION, MEASURED, POSITION, SIGNAL, VELOCITY, measure_scalar
+from flexmb.constraints.measured_kernels import ACCELERATION, MEASURED, POSITION, SIGNAL, VELOCITY, measure_scalar
 from flexmb.math import operations as op
 from flexmb.math.callbacks import call_back
 from flexmb.math.jets import run_program

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.forces.rows import hunt_crossley
+from flexmb.forces.contact_force import CONTACT_FORCE, force_change, press, write_slopes
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.vectors import cross, dot
+from flexmb.math.vectors import cross, dot, matvec
 from flexmb.surfaces.detection import faced
 
 __all__ = ["COLUMNS", "SPOT", "act_on_skins", "place_derivatives"]
@@ -130,26 +130,18 @@ def act_on_skins(law, place, spot, wanted, wrench, K, D, energy):
 
     `law` has stiffness, exponent, damping, friction and transition. Returns penetration, pressure and slip.
     """
-    n = place.n
+    at = np.empty(1, CONTACT_FORCE)[0]
     levers = np.empty((2, 3))  # of x about the marker of the point, and about the place on the face
-    u = np.empty(3)
-    s = np.empty(3)
-    F = np.empty(3)
     t = np.empty(3)
     gap = place.distance - spot.radius
     for i in range(3):
-        levers[0, i] = spot.y[i] - gap * n[i]
-        levers[1, i] = spot.radius * n[i]
-    _velocity(place, spot, levers, u)
-    un = dot(n, u)
-    force, slope, rate_slope, elastic = hunt_crossley(-gap, -un, law.stiffness, law.exponent, law.damping)
-    share, share_slope = faced(-dot(spot.m, n))
-    area, mu = spot.area * share, law.friction
-    for i in range(3):
-        s[i] = u[i] - un * n[i]
-    q = (dot(s, s) + law.transition**2) ** 0.5
-    for i in range(3):
-        F[i] = area * force * (n[i] - mu * s[i] / q)
+        at.n[i] = place.n[i]
+        levers[0, i] = spot.y[i] - gap * place.n[i]
+        levers[1, i] = spot.radius * place.n[i]
+    _velocity(place, spot, levers, at.u)
+    share, share_slope = faced(-dot(spot.m, place.n))
+    press(law, gap, spot.area * share, at, energy)
+    F = at.F
     cross(levers[0], F, t)
     for i in range(3):
         wrench[0, i], wrench[0, 3 + i] = F[i], t[i]
@@ -157,94 +149,95 @@ def act_on_skins(law, place, spot, wanted, wrench, K, D, energy):
     for c in range(3):
         for i in range(3):
             wrench[1 + c, i], wrench[1 + c, 3 + i] = -place.share[c] * F[i], -place.share[c] * t[i]
-    energy[0].potential += -area * elastic * gap / (law.exponent + 1.0)
-    energy[0].dissipation += area * ((force - elastic) * -un + mu * force * dot(s, s) / q)
     if wanted:
-        _tangent(law, place, spot, levers, u, s, F, force, slope, rate_slope, share, share_slope, K, D)
-    return -gap, force, dot(s, s) ** 0.5
+        write_slopes(law, at)
+        _tangent(place, spot, levers, at, spot.area * share_slope, K, D)
+    return -gap, at.f, dot(at.s, at.s) ** 0.5
 
 
 @inner_kernel
-def _tangent(law, place, spot, levers, u, s, F, force, slope, rate_slope, share, share_slope, K, D):
-    """Write minus the derivatives of the wrenches."""
+def _tangent(place, spot, levers, at, area_slope, K, D):
+    """Write minus the derivatives of the wrenches; `area_slope` is the area's by how much the skins face each other."""
     w = np.empty((3, COLUMNS))
     dn = np.empty((3, COLUMNS))
     dshare = np.empty((3, COLUMNS))
     place_derivatives(place, spot, w, dn, dshare)
-    n, mu, area = place.n, law.friction, spot.area * share
-    gap = place.distance - spot.radius
-    un = dot(n, u)
-    q = (dot(s, s) + law.transition**2) ** 0.5
+    F = at.F
     rF = np.empty(3)
     cross(levers[1], F, rF)
     dl = np.empty((2, 3))
     du = np.empty(3)
-    ds = np.empty(3)
     dF = np.empty(3)
     t = np.empty(3)
     e = np.empty(3)
     turn = np.empty(3)
-    cross(spot.m, n, turn)
-    for half in range(2):
-        out = K if half == 0 else D
-        for col in range(COLUMNS):
-            marker, axis = col // 6, col % 6
-            e[:] = 0.0
-            e[axis % 3] = 1.0
-            dgap, darea = 0.0, 0.0
-            dl[:] = 0.0
-            if half == 0:
-                facing = 0.0
-                for i in range(3):
-                    dgap += n[i] * w[i, col]
-                    facing -= spot.m[i] * dn[i, col]
-                if marker == 0 and axis >= 3:
-                    facing -= turn[axis - 3]
-                darea = spot.area * share_slope * facing
-                for i in range(3):
-                    dl[0, i] = -dgap * n[i] - gap * dn[i, col]
-                    dl[1, i] = spot.radius * dn[i, col]
-                if marker == 0 and axis >= 3:
-                    cross(e, spot.y, t)
-                    for i in range(3):
-                        dl[0, i] += t[i]
-                cross(spot.w[0], dl[0], du)
-                for c in range(3):
-                    cross(spot.w[1 + c], dl[1], t)
-                    for i in range(3):
-                        du[i] -= place.share[c] * t[i]
-                    cross(spot.w[1 + c], levers[1], t)
-                    for i in range(3):
-                        du[i] -= dshare[c, col] * (spot.v[1 + c, i] + t[i])
-            else:
-                factor = 1.0 if marker == 0 else -place.share[marker - 1]
-                if axis < 3:
-                    du[:] = e
-                else:
-                    cross(e, levers[0 if marker == 0 else 1], du)
-                for i in range(3):
-                    du[i] *= factor
-            dun = dot(n, du)
-            if half == 0:
-                for i in range(3):
-                    dun += dn[i, col] * u[i]
-            change = area * (-slope * dgap - rate_slope * dun) + darea * force
-            along = 0.0
+    turned = np.empty(3)
+    cross(spot.m, place.n, turn)
+    for col in range(COLUMNS):
+        marker, axis = col // 6, col % 6
+        dgap, facing = 0.0, 0.0
+        for i in range(3):
+            dgap += place.n[i] * w[i, col]
+            facing -= spot.m[i] * dn[i, col]
+            turned[i] = dn[i, col]
+        if marker == 0 and axis >= 3:
+            facing -= turn[axis - 3]
+        _moved(place, spot, levers, (col, dgap), (dn, dshare), dl, du)
+        force_change(at, dgap, area_slope * facing, turned, du, dF)
+        cross(levers[0], dF, t)
+        cross(dl[0], F, e)
+        for i in range(3):
+            K[i, col], K[3 + i, col] = -dF[i], -(t[i] + e[i])
+        cross(levers[1], dF, t)
+        cross(dl[1], F, e)
+        for c in range(3):
+            b, db = place.share[c], dshare[c, col]
             for i in range(3):
-                ds[i] = du[i] - dun * n[i] - (un * dn[i, col] if half == 0 else 0.0)
-                along += s[i] * ds[i]
+                K[6 + 6 * c + i, col] = b * dF[i] + db * F[i]
+                K[9 + 6 * c + i, col] = b * (t[i] + e[i]) + db * rF[i]
+        # by velocities and spins
+        e[:] = 0.0
+        e[axis % 3] = 1.0
+        if axis < 3:
+            du[:] = e
+        else:
+            cross(e, levers[0 if marker == 0 else 1], du)
+        if marker > 0:
             for i in range(3):
-                dF[i] = change * (n[i] - mu * s[i] / q)
-                dF[i] += area * force * ((dn[i, col] if half == 0 else 0.0) - mu * (ds[i] - s[i] * along / (q * q)) / q)
-            cross(levers[0], dF, t)
-            cross(dl[0], F, e)
+                du[i] *= -place.share[marker - 1]
+        matvec(at.by_u, du, dF)
+        cross(levers[0], dF, t)
+        for i in range(3):
+            D[i, col], D[3 + i, col] = -dF[i], -t[i]
+        cross(levers[1], dF, t)
+        for c in range(3):
             for i in range(3):
-                out[i, col], out[3 + i, col] = -dF[i], -(t[i] + e[i])
-            cross(levers[1], dF, t)
-            cross(dl[1], F, e)
-            for c in range(3):
-                b = place.share[c]
-                db = dshare[c, col] if half == 0 else 0.0
-                for i in range(3):
-                    out[6 + 6 * c + i, col] = b * dF[i] + db * F[i]
-                    out[9 + 6 * c + i, col] = b * (t[i] + e[i]) + db * rF[i]
+                D[6 + 6 * c + i, col] = place.share[c] * dF[i]
+                D[9 + 6 * c + i, col] = place.share[c] * t[i]
+
+
+@inner_kernel
+def _moved(place, spot, levers, moved, changes, dl, du):
+    """Write how levers (2, 3) and relative velocity (3,) change with a column of displacements and turns.
+
+    `moved` is the number of the column and the change of the gap, `changes` are those of normal and shares.
+    """
+    col, dgap = moved
+    dn, dshare = changes
+    gap = place.distance - spot.radius
+    t = np.empty(3)
+    for i in range(3):
+        dl[0, i] = -dgap * place.n[i] - gap * dn[i, col]
+        dl[1, i] = spot.radius * dn[i, col]
+    if 3 <= col < 6:  # the point turns with its marker: e x y
+        j, k = (col - 2) % 3, (col - 1) % 3
+        dl[0, j] -= spot.y[k]
+        dl[0, k] += spot.y[j]
+    cross(spot.w[0], dl[0], du)
+    for c in range(3):
+        cross(spot.w[1 + c], dl[1], t)
+        for i in range(3):
+            du[i] -= place.share[c] * t[i]
+        cross(spot.w[1 + c], levers[1], t)
+        for i in range(3):
+            du[i] -= dshare[c, col] * (spot.v[1 + c, i] + t[i])

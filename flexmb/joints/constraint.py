@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, ClassVar
 
 from flexmb.constraints import Formula, Measured
-from flexmb.constraints.measured import POSITION, VELOCITY
+from flexmb.constraints.measured_kernels import POSITION, VELOCITY
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 from flexmb.model.described import check_mapping, is_number

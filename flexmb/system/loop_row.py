@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.constraints import Measured
 from flexmb.constraints.loop import words
-from flexmb.constraints.measured import MEASURED, REACTION
+from flexmb.constraints.measured_kernels import MEASURED, REACTION
 from flexmb.errors import ModelError
 from flexmb.math.tables import DAMPED, DIRECT
 from flexmb.model.expression import joined_arrays

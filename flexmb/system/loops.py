@@ -10,7 +10,8 @@ from typing import Any
 
 from flexmb.constraints import Measured
 from flexmb.constraints.loop import LOOP, LOOP_TANGENT
-from flexmb.constraints.measured import ACCELERATION, POSITION, REACTION, Projected
+from flexmb.constraints.measured import Projected
+from flexmb.constraints.measured_kernels import ACCELERATION, POSITION, REACTION
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.math import operations as op
 from flexmb.math.switches import KINK

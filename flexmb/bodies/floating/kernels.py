@@ -79,6 +79,27 @@ def _add_step_term(M, u, weights, B):
                 B[k, 3 + i] += shifted * M[k, c] * b[c] + half * M[k, 3 + c] * a[c]
 
 
+@inner_kernel
+def _add_gravity_stiffness(M, fall, scale, B):
+    """Add what gravity adds to the stiffness, as it turns backwards in body axes: -M[:, :3] fall~."""
+    for i in range(len(M)):
+        for j in range(3):
+            a, b = (j + 1) % 3, (j + 2) % 3
+            B[i, 3 + j] -= scale * (M[i, a] * fall[b] - M[i, b] * fall[a])
+
+
+@inner_kernel
+def _add_load_stiffness(row, data, state, work, R, B):
+    """Add the stiffness that the loads at markers give to the body."""
+    m = row.modes
+    q = state.q[row.iq : row.iq + 7 + m]
+    for k in range(row.n_markers):
+        wrench = work.markers[row.marker + k].wrench
+        if loaded(wrench):
+            r, _, translation, rotation = geometry(data, row.geometry, k, m)
+            add_marker_stiffness(B, work.weights[0].stiffness, R, q, m, r, translation, rotation, wrench)
+
+
 @row_kernel
 def inertia(raw, data, state, work):
     """Inertia, velocity terms, gravity, elasticity, geometric stiffness and marker loads, with the tangent."""
@@ -122,35 +143,14 @@ def inertia(raw, data, state, work):
             add_to_residual(work, iu, work.markers[row.marker + k])
         if weights.wanted == 0:
             continue
-        B = np.zeros((size, size))
-        for i in range(size):
-            for j in range(size):
-                B[i, j] = weights.mass * M[i, j]
+        B = weights.mass * M
         if weights.damping != 0.0:
             add_inertia_damping(terms, M, W, u, wnd, vwd, wwd, swing, P, weights.damping, B)
             _add_step_term(M, u, weights, B)
         if weights.stiffness != 0.0:
             add_inertia_stiffness(terms, W, u, A, swing, weights.stiffness, B)
-            for i in range(size):
-                # gravity: -M[:, :3] fall~
-                for j in range(3):
-                    a, b = (j + 1) % 3, (j + 2) % 3
-                    B[i, 3 + j] -= weights.stiffness * (M[i, a] * fall[b] - M[i, b] * fall[a])
-            for k in range(row.n_markers):
-                if not loaded(work.markers[row.marker + k].wrench):
-                    continue
-                r, _, translation, rotation = geometry(data, row.geometry, k, m)
-                add_marker_stiffness(
-                    B,
-                    weights.stiffness,
-                    R,
-                    state.q[row.iq : row.iq + 7 + m],
-                    m,
-                    r,
-                    translation,
-                    rotation,
-                    work.markers[row.marker + k].wrench,
-                )
+            _add_gravity_stiffness(M, fall, weights.stiffness, B)
+            _add_load_stiffness(row, data, state, work, R, B)
         for i in range(m):
             for j in range(m):
                 B[6 + i, 6 + j] += weights.stiffness * K[i, j] + weights.damping * D[i, j]

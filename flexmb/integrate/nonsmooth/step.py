@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
@@ -120,70 +122,22 @@ class Stepper:
 
     def _step(self, h: float) -> bool:
         """Take a step; return False, with a complaint, if there is none."""
-        system, program, work = self.system, self.system.program, self.work
-        nu, ng = system.nu, system.ng
-        mid, ub, ab = self.q.copy(), np.zeros(nu), np.zeros(nu)
+        nu, ng = self.system.nu, self.system.ng
+        mid, ub, ab = middle = self.q.copy(), np.zeros(nu), np.zeros(nu)
         u1, lam, right = self.u.copy(), self.lam.copy(), np.zeros(nu + ng)
         problem, v, speed, change = None, np.zeros(nu + ng), 0.0, np.inf
-        solved, self.diverged = None, False
+        self.diverged = False
         for iteration in range(ITERATIONS):
             fresh = iteration == 0
-            stiffness = 0.25 * h * h if self.stiff else 0.0
-            weigh(work.weights, 1.0, 0.5 * h, stiffness, world_axes=1 if len(self.world) else 0)
-            evaluate_middle(
-                program,
-                work,
-                self.world,
-                self.t,
-                h,
-                self.q,
-                self.u,
-                u1,
-                lam,
-                mid,
-                ub,
-                ab,
-                self.signals,
-                1 if fresh else 0,
-                right,
-            )
-            if fresh and lu_factor(work.S, program.pattern) >= 0:
-                if not np.all(np.isfinite(work.residual)):
-                    return self._fail(self._not_finite(self.t + 0.5 * h, mid, ub))
-                return self._fail(f"the iteration matrix is singular at t = {self.t:.9g} s")
-            lu_solve(work.S, program.pattern, right)
-            if not np.isfinite(right.sum()):
-                return self._fail(self._not_finite(self.t + 0.5 * h, mid, ub))
-            if fresh:
-                self.gained = self.lever * float(np.abs(right[:nu]).max(initial=0.0))
-                points = self.touching.found(work, h, 2.0 * h * self.gained + TOUCHING * self.small)
+            if complaint := self._free_change(h, (u1, lam), middle, right, fresh):
+                return self._fail(complaint)
             end = self._body(mid, u1)
             v[:nu] = end + right[:nu]
             v[nu:] = right[nu:]
-            if fresh and len(points):
-                problem = new_problem(points, work, self.parts, False)
-                write_problem(problem, work, work.S, program.pattern, self.parts)
-                carry_impulses(problem, self.points, self.P * (h / self.h), len(self.points))
-                speed = set_shifts(
-                    problem,
-                    self.parts,
-                    self.world,
-                    mid,
-                    self.u,
-                    v[:nu].copy(),
-                    h,
-                    TOUCHING * self.small,
-                    self.settings.tolerance,
-                )
-            if problem is not None:
-                goal = self.settings.tolerance * speed + 1e-15 * float(np.max(np.abs(self.u), initial=0.0))
-                solved, turned = solve_impulses(problem, self.parts, v, goal, self.settings.sweeps)
-                self.counts["impacts without a rebound by Newton's law"] += turned
-                self.counts["sweeps"] += solved.sweeps
-                self.counts["steps of Newton over contacts"] += solved.newton
-                self.counts[LEFT] = max(self.counts[LEFT], solved.residual)
-                if not solved.residual <= goal:
-                    return self._fail(self._unsolved(problem, solved, goal))
+            if fresh:
+                problem, speed = self._touched(h, mid, right, v)
+            if problem is not None and (complaint := self._solve_contacts(problem, v, speed)):
+                return self._fail(complaint)
             self.counts["iterations"] += 1
             if fresh:
                 size = max(float(np.max(np.abs(x), initial=0.0)) for x in (end, right[:nu], v[:nu]))
@@ -201,6 +155,46 @@ class Stepper:
             self.diverged = True
             return self._fail(f"the iteration does not converge at t = {self.t:.9g} s (change {change:.2g})")
         return self._accept(h, u1, lam, problem, ub, ab, mid)
+
+    def _free_change(self, h: float, end, middle, right: np.ndarray, fresh: bool) -> str:
+        """Write what the equations without contacts change at an iterate (u1, lam) to `right`; or return a complaint.
+
+        Writes configuration, velocities and accelerations of the middle; the matrix where it is `fresh`.
+        """
+        program, work = self.system.program, self.work
+        stiffness = 0.25 * h * h if self.stiff else 0.0
+        weigh(work.weights, 1.0, 0.5 * h, stiffness, world_axes=1 if len(self.world) else 0)
+        now = self.t, h, self.q, self.u
+        evaluate_middle(program, work, self.world, *now, *end, *middle, self.signals, 1 if fresh else 0, right)
+        if fresh and lu_factor(work.S, program.pattern) >= 0:
+            if np.all(np.isfinite(work.residual)):
+                return f"the iteration matrix is singular at t = {self.t:.9g} s"
+            return self._not_finite(self.t + 0.5 * h, *middle[:2])
+        lu_solve(work.S, program.pattern, right)
+        return "" if np.isfinite(right.sum()) else self._not_finite(self.t + 0.5 * h, *middle[:2])
+
+    def _touched(self, h: float, mid: np.ndarray, right: np.ndarray, v: np.ndarray) -> tuple[Any, float]:
+        """Return the problem of the contacts that the first iterate meets, or None, and the largest speed there."""
+        nu, tiny = self.system.nu, TOUCHING * self.small
+        self.gained = self.lever * float(np.abs(right[:nu]).max(initial=0.0))
+        points = self.touching.found(self.work, h, 2.0 * h * self.gained + tiny)
+        if not len(points):
+            return None, 0.0
+        problem = new_problem(points, self.work, self.parts, False)
+        write_problem(problem, self.work, self.work.S, self.system.program.pattern, self.parts)
+        carry_impulses(problem, self.points, self.P * (h / self.h), len(self.points))
+        free, tolerance = v[:nu].copy(), self.settings.tolerance
+        return problem, set_shifts(problem, self.parts, self.world, mid, self.u, free, h, tiny, tolerance)
+
+    def _solve_contacts(self, problem, v: np.ndarray, speed: float) -> str:
+        """Add the impulses of contacts to `v`; return a complaint if there are none that obey their laws."""
+        goal = self.settings.tolerance * speed + 1e-15 * float(np.max(np.abs(self.u), initial=0.0))
+        solved, turned = solve_impulses(problem, self.parts, v, goal, self.settings.sweeps)
+        self.counts["impacts without a rebound by Newton's law"] += turned
+        self.counts["sweeps"] += solved.sweeps
+        self.counts["steps of Newton over contacts"] += solved.newton
+        self.counts[LEFT] = max(self.counts[LEFT], solved.residual)
+        return "" if solved.residual <= goal else self._unsolved(problem, solved, goal)
 
     def _not_finite(self, t: float, *state: np.ndarray) -> str:
         """Say that the evaluation of a state at the time t is not finite, and because of what."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.constraints.measured import MEASURED, measure_scalar
+from flexmb.constraints.measured_kernels import MEASURED, measure_scalar
 from flexmb.errors import ModelError
 from flexmb.math.direct import direct
 from flexmb.math.kernel import kernel
