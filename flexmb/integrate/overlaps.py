@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.integrate.runs.switches import new_switching
+from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.switches import GAP
 from flexmb.system.program import evaluate
 
@@ -23,7 +23,7 @@ def overlaps(system, state) -> list[str]:
         return []
     work = system.workspace()
     evaluate(system.program, state, work)
-    now = new_switching(system, state, work, floor=0.0).now
+    now = new_switching(system, state, work, PassedOver()).now
     owners = np.array(system.switch_owners)
     told = []
     for force in touching:

@@ -14,7 +14,7 @@ import flexmb as fmb
 from flexmb import fem, reduction
 from flexmb.forces.skin_rows import ROW
 from flexmb.forces.skin_wrench import COLUMNS, SPOT, act_on_skins
-from flexmb.integrate.runs.switches import new_switching
+from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.energies import Energy
 from flexmb.math.switches import GAP
 from flexmb.surfaces.skin_faces import FACET, PLACE, corner_boxes, nearest_face, packed_faces, signed_place
@@ -149,7 +149,7 @@ def test_least_gap_is_that_of_the_deepest_point(beam, tilt):
     system = compile_model(model)
     work, state = system.workspace(), system.state()
     evaluate(system.program, state, work)
-    gap = new_switching(system, state, work, floor=0.0).now[0]
+    gap = new_switching(system, state, work, PassedOver()).now[0]
     names, table = model.force("touch").points(model)
     markers = [work.markers[system.marker_index[name]] for name in names]
     z = np.array([m["r"] + m["R"] @ y for m, y in zip(markers, table[:, :3], strict=True)])

@@ -21,7 +21,7 @@ from flexmb.integrate.runs.memory import floats_of
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
 from flexmb.integrate.runs.spin_axes import new_axes
-from flexmb.integrate.runs.switches import new_switching
+from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.direct import direct
 from flexmb.math.energies import powers
@@ -96,6 +96,8 @@ class GeneralizedAlpha(metaclass=Described):
     """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
     in_kernels: ClassVar[bool] = True
     """No Python runs between samples."""
+    steps_in_contact: ClassVar[float] = 8.0
+    """Within a contact, for 1 % of the change of speed, wherever in a step it begins: mass on a linear spring."""
     remembers: ClassVar[bool] = True
     """Algorithmic accelerations carry the rate of the last step: a kink of a load ends what they know."""
 
@@ -184,7 +186,8 @@ class GeneralizedAlpha(metaclass=Described):
         share = IMPACT * self.rtol ** (1.0 / 3.0)
         floor = self.rtol * system.lengths.whole
         # across a jump shorter steps would tell nothing but rounding of the accelerations before
-        switching = new_switching(system, state, work, floor=floor, impact=share, slip=SLIP, blur=1.0)
+        over = PassedOver(floor=floor, impact=share, slip=SLIP, blur=1.0, duration=span)
+        switching = new_switching(system, state, work, over)
         at_start = powers(work.energy)
         variables = Variables(
             q=state.q.copy(),

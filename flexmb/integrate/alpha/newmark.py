@@ -24,9 +24,10 @@ from flexmb.integrate.alpha.step_size import (
     write_sample,
 )
 from flexmb.integrate.alpha.variables import Controls, Motions
+from flexmb.integrate.runs.kept_switches import JUMPED, SAME, keep_switches
 from flexmb.integrate.runs.patience import PAUSED, UNCUT
 from flexmb.integrate.runs.spin_axes import error_of_axes, keep_axes
-from flexmb.integrate.runs.switches import JUMPED, SAME, keep_switches, part_of_step
+from flexmb.integrate.runs.switches import part_of_step
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.energies import write_powers
 from flexmb.math.kernel import entry_kernel, inner_kernel

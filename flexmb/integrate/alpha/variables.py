@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.integrate.runs.gap import Gap
-from flexmb.integrate.runs.switches import Switching
+from flexmb.integrate.runs.switching import Switching
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
 
 __all__ = ["COUNTED", "AlphaRun", "Apart", "Controls", "Motions", "Variables"]

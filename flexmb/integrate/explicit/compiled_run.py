@@ -17,7 +17,7 @@ from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.motion import run_samples
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience
-from flexmb.integrate.runs.switches import new_switching
+from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.structures import counted
 from flexmb.system.branches import branch_rates
 from flexmb.system.complaints import without_value
@@ -97,7 +97,7 @@ class CompiledRun:
         )
         work.weights[0].wanted = 0
         evaluate(system.program, state, work)
-        self.switching = new_switching(system, state, work, floor=settings.rtol * system.lengths.whole)
+        self.switching = new_switching(system, state, work, PassedOver(floor=settings.rtol * system.lengths.whole))
         self.trusted = self._found(state.t, 0)
         s.run[0].next_step = min(self._first_step(), s.run[0].longest_step)
 

@@ -13,8 +13,10 @@ import numpy as np
 
 from flexmb.integrate.explicit.drift import PATIENCE, VANISHING
 from flexmb.integrate.explicit.steps import STAGES, STEPS, call_accepting, call_rates
+from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.patience import PAUSED
-from flexmb.integrate.runs.switches import Switching, allowed, keep_switches, read_switches
+from flexmb.integrate.runs.switches import allowed
+from flexmb.integrate.runs.switching import Switching, read_switches
 from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
 from flexmb.math.plain_loops import all_finite
 from flexmb.math.program import PROGRAM

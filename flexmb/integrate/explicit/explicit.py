@@ -15,9 +15,11 @@ from flexmb.integrate.explicit.through import run_through
 from flexmb.integrate.extent import absolute_tolerance
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.runs.interruption import look_within_step
+from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import Patience
-from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
+from flexmb.integrate.runs.switches import allowed
+from flexmb.integrate.runs.switching import PassedOver, new_switching, read_switches
 from flexmb.model.described import Described, is_number
 from flexmb.model.methods import is_formulation
 from flexmb.system.complaints import worst_equations
@@ -57,7 +59,7 @@ class _Run:
         self.work.weights[0].wanted = 0
         evaluate(self.system.program, state, self.work)
         floor = settings.rtol * self.system.lengths.whole
-        self.switching = new_switching(self.system, state, self.work, floor=floor)
+        self.switching = new_switching(self.system, state, self.work, PassedOver(floor=floor))
         self.solver = self._solver(state.t, np.concatenate([x, v, np.zeros(3)]))
 
     def _solver(self, t: float, y: np.ndarray, first: float | None = None):

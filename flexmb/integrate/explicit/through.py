@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.integrate.explicit.eighth_order import run_to
 from flexmb.integrate.explicit.steps import STAGES, STEPS
 from flexmb.integrate.runs.patience import PAUSED
-from flexmb.integrate.runs.switches import Switching
+from flexmb.integrate.runs.switching import Switching
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.program import PROGRAM

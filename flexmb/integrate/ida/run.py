@@ -15,8 +15,10 @@ from flexmb.integrate.ida.layout import layout
 from flexmb.integrate.ida.stabilised import FAR, jacobian, kinematics, residual
 from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.runs.breaks import just_before
+from flexmb.integrate.runs.kept_switches import JUMPED, keep_switches
 from flexmb.integrate.runs.patience import Patience
-from flexmb.integrate.runs.switches import JUMPED, allowed, keep_switches, new_switching, read_switches
+from flexmb.integrate.runs.switches import allowed
+from flexmb.integrate.runs.switching import PassedOver, new_switching, read_switches
 from flexmb.math.energies import powers
 from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK, PIECE, TURN_GAP
 from flexmb.system.accelerations import accelerations
@@ -97,7 +99,7 @@ class Run:
         self.span = max(t_end - state.t, 1e-300)
         work.weights[0].wanted = 0
         evaluate(system.program, state, work)
-        self.switching = new_switching(system, state, work, floor=settings.rtol * system.lengths.whole)
+        self.switching = new_switching(system, state, work, PassedOver(floor=settings.rtol * system.lengths.whole))
         self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, TURN_GAP, DISTANCE, CROSSING, KINK, PIECE))))
         self.landing: float | None = None
         self.before = {"residuals": 0, "factorisations": 0}

@@ -14,10 +14,12 @@ from flexmb.integrate.implicit.stages import COUNTED, STAGES, THIRD, WEIGHTS, ne
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.runs.added_error import AddedError
 from flexmb.integrate.runs.gap import added_error
+from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import UNCUT, Patience, smallest_step
 from flexmb.integrate.runs.spin_axes import keep_axes, new_axes
-from flexmb.integrate.runs.switches import allowed, keep_switches, new_switching, read_switches
+from flexmb.integrate.runs.switches import allowed
+from flexmb.integrate.runs.switching import PassedOver, new_switching, read_switches
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
 from flexmb.math.tables import INTEGRALS
@@ -77,7 +79,8 @@ class _Run:
         evaluate(system.program, state, work)
         share = IMPACT * settings.rtol**0.25
         floor = settings.rtol * system.lengths.whole
-        self.switching = new_switching(system, state, work, floor=floor, impact=share, slip=SLIP)
+        over = PassedOver(floor=floor, impact=share, slip=SLIP, duration=span)
+        self.switching = new_switching(system, state, work, over)
         self.cut = 0
         self.largest = settings.step or settings.largest or span / 20.0
         self.next = settings.step or min(self.largest, self._first_step(state, extent, reach, SLOW / span))
@@ -274,6 +277,8 @@ class Implicit(metaclass=Described):
     drift: float = 1e-10
     formulation: Any = RECURSIVE
     follow_errors: bool = True
+    steps_in_contact: ClassVar[float] = 5.0
+    """Within a contact, for 1 % of the change of speed, wherever in a step it begins: mass on a linear spring."""
     entries: ClassVar[tuple] = (run_step, follow)
     """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
 

@@ -62,7 +62,8 @@ class MoreauJean(metaclass=Described):
 
     def start(self, system, state, work, t_end: float) -> Any:
         """Return the method at the start."""
-        return Stepper(self, system, state, work, frames_in_world_axes(system))
+        duration = max(t_end - state.t, self.step)
+        return Stepper(self, system, state, work, frames_in_world_axes(system), duration)
 
     def run(
         self, system, work, variables: Stepper, samples: np.ndarray, first: int, last: int, patience: float = np.inf

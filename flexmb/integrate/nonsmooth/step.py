@@ -22,8 +22,10 @@ from flexmb.integrate.nonsmooth.stepping import (
     set_shifts,
     works_of,
 )
+from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.patience import UNCUT, Patience, smallest_step
-from flexmb.integrate.runs.switches import keep_switches, new_switching, part_of_step
+from flexmb.integrate.runs.switches import part_of_step
+from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.block_parts import parts_of
 from flexmb.math.energies import powers
@@ -59,7 +61,7 @@ PUSHES = 60
 class Stepper:
     """The state of a run, and its steps."""
 
-    def __init__(self, settings, system, state, work, world):
+    def __init__(self, settings, system, state, work, world, duration: float):
         self.settings, self.system, self.work, self.world = settings, system, work, world
         self.parts = parts_of(system.program.pattern)
         self.touching = Touching(system)
@@ -86,9 +88,8 @@ class Stepper:
         self.goal, self.span, self.most = state.t, 0.0, settings.step
         self._clear_wrenches(self.q)
         self._place(self.t, self.q, self.u)
-        self.switching = new_switching(
-            system, self._present(), work, floor=FLOOR * system.lengths.whole, impact=IMPACT, blur=1.0
-        )
+        over = PassedOver(floor=FLOOR * system.lengths.whole, impact=IMPACT, blur=1.0, duration=duration)
+        self.switching = new_switching(system, self._present(), work, over)
         self.switches = len(self.switching.now) > 0
         if self.touching.forces:  # what goes on may stand within a rebound
             require_apart(system, self.touching, self.work, settings.step, HALF * self.small)

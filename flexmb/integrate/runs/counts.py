@@ -1,4 +1,4 @@
-"""Numbers of an integrator over several starts: counts add up, the largest and most are the greatest.
+"""Numbers of an integrator over several starts: counts add up, the largest and most are the greatest, the fewest least.
 
 A word in the place of a number, of what is not known of one part, holds for all.
 """
@@ -10,7 +10,7 @@ from typing import Any
 
 __all__ = ["together"]
 
-GREATEST = ("most ", "largest ")
+GREATEST, LEAST = ("most ", "largest "), ("fewest ",)
 
 
 def together(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
@@ -20,6 +20,9 @@ def together(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, A
         known = before.get(name, 0)
         if isinstance(known, str) or isinstance(number, str):
             found[name] = known if isinstance(known, str) else number
+            continue
+        if name.startswith(LEAST):
+            found[name] = min(before.get(name, number), number)
             continue
         found[name] = max(known, number) if name.startswith(GREATEST) else known + number
     return found

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.integrate.runs.switches import new_switching, read_switches
+from flexmb.integrate.runs.switching import PassedOver, new_switching, read_switches
 from flexmb.math.switches import SLIP
 from flexmb.math.weights import no_matrix
 from flexmb.system.program import evaluate
@@ -69,7 +69,7 @@ class CreepWatch:
         no_matrix(self._work.weights)
         evaluate(self.system.program, state, self._work)
         if self._last is None:
-            self._switching = new_switching(self.system, state, self._work, floor=0.0)
+            self._switching = new_switching(self.system, state, self._work, PassedOver())
         read_switches(self.system.program, self._switching, state, self._work)
         now = self._switching.then[self.rows]
         slips = np.where(now[:, :1] == SLIP, now[:, 4:7], 0.0)

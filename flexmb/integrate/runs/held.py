@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import IntegrationError
 from flexmb.integrate.runs.breaks import jumps_at
-from flexmb.integrate.runs.switches import read_switches
+from flexmb.integrate.runs.switching import read_switches
 from flexmb.math.weights import no_matrix
 from flexmb.system.holds import held_from
 from flexmb.system.program import evaluate

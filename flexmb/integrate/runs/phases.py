@@ -13,6 +13,7 @@ from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.added_error import started_again, tell_of
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after
 from flexmb.integrate.runs.chatter import chattering
+from flexmb.integrate.runs.coarse_contacts import CoarseContacts
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.energy_watch import EnergyWatch
@@ -92,6 +93,7 @@ class Phases:
         self.passed: dict[str, float] = {}
         self.happened: list[tuple[str, float]] = []
         self.outlook = Outlook(float(times[0]), float(times[-1]))
+        self.contacts = CoarseContacts(integrator)
 
     def run(self, model: Model, assembled: tuple[System, State], works=None, goes_on=None) -> Status:
         """Run all phases and return how the run ended.
@@ -291,13 +293,14 @@ class Phases:
 
     def _tell(self, system) -> None:
         """Count what the integrator did in a phase, and give the warnings about it."""
-        self._count()
+        self._count(system)
         if self.energy is not None:
             steps = self.integrator.statistics(self.variables).get("steps", 0)
             chatters = chattering(system, getattr(self.variables, "switching", None), steps)
             self.validity.tell([*self.energy.sentences(steps), *chatters])
             self.validity.note(self.energy.notes(steps))
-        self.validity.tell([*self._divided(), *sentences_about(self.jumps), *self.validity.creeps()])
+        coarse = self.contacts.sentences(self.t - float(self.times[0]))
+        self.validity.tell([*self._divided(), *sentences_about(self.jumps), *self.validity.creeps(), *coarse])
         tell_of(self.integrator, system, self.variables, self.statistics, self.validity)
 
     def _hold(self, now: float, row, system, work, works) -> None:
@@ -337,7 +340,7 @@ class Phases:
         """Start the integrator again, where a signal jumps or kinks, from the row before;
         return the works until then, and the row with what is held from now on.
         """
-        self._count()
+        self._count(system)
         before = with_held(system, work, t, before, passed)
         q, left = before["q"][-1], float(before["t"][-1])
         u = self._over_jump(system, work, q, before["u"][-1], t, left)
@@ -358,9 +361,10 @@ class Phases:
         """Start the integrator; errors until then stay known."""
         self.variables = started_again(self.integrator, self.variables, (system, state, work, float(self.times[-1])))
 
-    def _count(self) -> None:
+    def _count(self, system) -> None:
         """Add the numbers of the integrator's run to the totals."""
-        self.statistics = together(self.statistics, self.integrator.statistics(self.variables))
+        contacts = self.contacts.look(system, getattr(self.variables, "switching", None))
+        self.statistics = together(self.statistics, {**self.integrator.statistics(self.variables), **contacts})
 
     def _divided(self) -> list[str]:
         """Return the sentence about steps of fixed size that could not be taken as they are."""

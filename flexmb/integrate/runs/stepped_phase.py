@@ -14,8 +14,10 @@ from flexmb.integrate.runs import contradiction, inversion
 from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
 from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
 from flexmb.integrate.runs.chatter import chattering
+from flexmb.integrate.runs.coarse_contacts import CoarseContacts
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.contradiction import Scratch, first_contradiction
+from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
@@ -64,6 +66,7 @@ class SteppedPhase:
         self._gradients = Gradients(system)
         self.jumped = False
         self.jumps: list[PrescribedJump] = []
+        self.contacts, self.contact_counts = CoarseContacts(integrator), {}
 
     @property
     def t(self) -> float:
@@ -87,6 +90,7 @@ class SteppedPhase:
 
     def begin(self, state) -> None:
         """Start the integrator at a consistent state."""
+        self._look_at_contacts()
         self.variables = started_again(self.integrator, self.variables, (self.system, state, self.work, self.planned))
         self.jumped = False
 
@@ -258,6 +262,7 @@ class SteppedPhase:
         self.watch.last, passed = dict(watched[0]), watched[1]
         self.watch.passed.clear()
         self.watch.passed.update(passed)
+        self.contacts, self.contact_counts = copy.deepcopy(watched[2]), watched[3]
         self.ended = "finished"
         self._gradients.last = None
         for array, kept in zip(self._scratch(), scratch, strict=True):
@@ -272,7 +277,8 @@ class SteppedPhase:
         return [*self.work, pattern.scratch, pattern.softness]
 
     def _watched(self):
-        return dict(self.watch.last), dict(self.watch.passed)
+        contacts = copy.deepcopy(self.contacts, {id(self.integrator): self.integrator})
+        return dict(self.watch.last), dict(self.watch.passed), contacts, self.contact_counts
 
     def _copied(self, variables: Any) -> Any:
         """Return the integrator's variables with arrays of their own; the system and its workspace stay the same."""
@@ -303,7 +309,12 @@ class SteppedPhase:
         """Return the numbers of the integrator since it began."""
         error = told_of(self.integrator, self.system, self.variables)
         added = {} if error is None else {ADDED_UP: error.share}
-        return {**self.integrator.statistics(self.variables), **added}
+        self._look_at_contacts()
+        return {**self.integrator.statistics(self.variables), **added, **self.contact_counts}
+
+    def _look_at_contacts(self) -> None:
+        found = self.contacts.look(self.system, getattr(self.variables, "switching", None))
+        self.contact_counts = together(self.contact_counts, found)
 
     def look(self, validity) -> None:
         """Give the warnings about the states since the last look."""
@@ -320,6 +331,7 @@ class SteppedPhase:
             validity.tell(sentences)
         chatters = chattering(self.system, getattr(self.variables, "switching", None), steps)
         validity.tell([*self.energy.sentences(steps), *sentences_about(self.jumps), *chatters])
+        validity.tell(self.contacts.sentences(self.t - float(self.rows[0]["t"][0])))
         validity.note(self.energy.notes(steps))
 
 

@@ -1,0 +1,99 @@
+"""`Switching`: the places where forces of a run have a kink, at both ends of a step."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from flexmb.integrate.runs.spells import Spell
+from flexmb.math.kernel import kernel
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
+from flexmb.math.switches import COLUMNS, call_switches
+
+__all__ = ["PassedOver", "SwitchLimits", "Switching", "new_switching", "read_switches"]
+
+
+class SwitchLimits(Record):
+    """What a step may pass over."""
+
+    floor: float
+    """m, displacement that does not matter"""
+    share: float
+    """the same relative to the length of the model, of angles in rad, and of what a formula changes by in a step"""
+    impact: float
+    """share of the speed of an impact by which a step may change it; infinite: any"""
+    slip: float
+    """share of a slip by which a step may change it; infinite: any"""
+    duration: float
+    """s, of the run: speeds of an impact at which nothing moves by more than `floor` in that time do not matter"""
+    blur: float
+    """1: steps across a jump are not shorter than a displacement that does not matter; 0: as short as can be"""
+    closed: int
+    """1: something touched in the last step"""
+    turned: int
+    """number of the turn, from 1, that has passed half a turn; 0: none"""
+
+
+class PassedOver(NamedTuple):
+    """The same as an integrator gives it."""
+
+    floor: float = 0.0
+    impact: float = np.inf
+    slip: float = np.inf
+    blur: float = 0.0
+    duration: float = np.inf
+
+
+@structure
+class Switching(NamedTuple):
+    """The switches of a run."""
+
+    kinds: IntegerRows
+    """(nk, 5) address, first and last byte, number, address of the sweep: see `System`"""
+    now: FloatRows
+    """(n, COLUMNS) at the start of a step"""
+    then: FloatRows
+    """(n, COLUMNS) at its end"""
+    limits: Annotated[np.ndarray, ArrayOf(SwitchLimits.dtype)]
+    """one row"""
+    touched: Floats
+    """(n,) m/s, sum of the changes of speed in steps during which a contact was closed"""
+    spans: Floats
+    """(n,) by how much numbers of formulas change in a step, lately"""
+    passed: Floats
+    """(n,) how many times a formula has passed its jump once more within `AT_ONCE` steps"""
+    since: Floats
+    """(n,) steps since it passed"""
+    spells: Annotated[np.ndarray, ArrayOf(Spell.dtype)]
+    """(n,) how long contacts have been closed"""
+
+
+def new_switching(system, state, work, over: PassedOver) -> Switching:
+    """Return the switches of a state, which has just been evaluated; see `SwitchLimits`."""
+    n = len(system.switch_owners)
+    sw = Switching(
+        kinds=system.switch_kinds,
+        now=np.zeros((n, COLUMNS)),
+        then=np.zeros((n, COLUMNS)),
+        limits=SwitchLimits.table(share=over.floor / system.lengths.whole, **over._asdict()),
+        touched=np.zeros(n),
+        spans=np.zeros(n),
+        passed=np.zeros(n),
+        since=np.full(n, np.inf),
+        spells=np.zeros(n, Spell.dtype),
+    )
+    read_switches(system.program, sw, state, work)
+    sw.now[:] = sw.then
+    return sw
+
+
+@kernel
+def read_switches(program, sw, state, work):
+    """Write the switches of the state evaluated last to `then`."""
+    first = 0
+    for k in range(len(sw.kinds)):
+        last = first + sw.kinds[k, 3]
+        rows = program.raw[sw.kinds[k, 1] : sw.kinds[k, 2]]
+        call_switches(sw.kinds[k, 0], rows, program.bulk, state, work, sw.then[first:last])
+        first = last
