@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from flexmb.math.kernel import inner_kernel, kernel
 
-__all__ = ["lu_factor", "lu_solve", "lu_solve_softened"]
+__all__ = ["lu_factor", "lu_solve", "lu_solve_softened", "subtract_product"]
 
 VANISHING = 1e-14
 """A pivot below this, relative to its row and to the terms whose difference it is, has no digits left."""
@@ -343,3 +343,23 @@ def lu_solve(S, p, b):
 def lu_solve_softened(S, p, b):
     """Solve L U x = b in place, unknowns in their natural order, with dependent equations as soft as they were made."""
     _substitute(S, p, b)
+
+
+@kernel
+def subtract_product(S, p, x, b):
+    """Subtract S x from b in place, both in the natural order of unknowns: S as it is before factorisation."""
+    n = len(p.order)
+    w, left = p.scratch[:n], p.scratch[n:]
+    for row in range(n):
+        w[row] = x[p.order[row]]
+        left[row] = b[p.order[row]]
+    for block in range(len(p.own)):
+        first = p.block_start[block]
+        rows = p.block_start[block + 1] - first
+        if rows > 0:
+            base = p.row_start[first]
+            width = p.row_start[first + 1] - base
+            start, stop = p.segment_start[block], p.segment_start[block + 1]
+            _products(S, p, start, stop, base, rows, width, w, left[first : first + rows])
+    for row in range(n):
+        b[p.order[row]] = left[row]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened
+from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened, subtract_product
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.plain_loops import copy_into, largest_size
 from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, evaluate
 
-__all__ = ["EXACT", "accelerations", "corrected_accelerations"]
+__all__ = ["EXACT", "accelerations", "corrected_accelerations", "linear_accelerations"]
 
 EXACT = 1e-12
 """Relative change of accelerations and multipliers at which their refinement ends."""
@@ -18,6 +18,8 @@ STRAIGHT = 0.99
 """Square of the cosine between two corrections that go the same way."""
 LASTING = 0.99999
 """Part that is left by each correction, from which it never ends: equations that contradict each other."""
+TURNS = 4
+"""Solutions with one matrix, at most, of which each refines the one before."""
 SETTLED = 1e-9
 """Relative change of the multipliers at which Newton's method, which squares it, has converged."""
 
@@ -74,6 +76,51 @@ def accelerations(program, state, work, right, sweeps):
             break
     if len(program.pattern.softness) > 0 and not nonlinear:
         _without_stress(program, state, work, right)
+    return -1
+
+
+@kernel
+def linear_accelerations(program, state, work, right):
+    """Solve as `accelerations` does, by one evaluation: where no force follows accelerations or multipliers.
+
+    Dependent equations, and bodies without inertia, are refined by the matrix itself: an evaluation costs several times
+    as much as a product. Of dependent equations the multipliers keep the rounding in their states of self-stress, which
+    do no work and move nothing. Returns -1 or the place of a vanishing pivot.
+    """
+    nu, pattern = len(state.u), program.pattern
+    softened, lent = len(pattern.softness) > 0, len(program.floor_at) > 0
+    weigh(work.weights, 1.0)
+    state.a[:] = 0.0
+    state.lam[:] = 0.0
+    work.weights[0].wanted = 1
+    evaluate(program, state, work)
+    _unsolved(work, state, right)
+    n = len(right)
+    S, given, x, before = np.zeros(0), np.zeros(0), np.zeros(n), np.zeros(n - nu)
+    if softened or lent:
+        S, given = work.S.copy(), right.copy()
+        for k in range(len(program.floor_at)):
+            S[program.floor_at[k, 1]] -= work.weights[0].mass * program.floor[k]
+    failed = lu_factor(work.S, pattern)
+    if failed >= 0:
+        return failed
+    for turn in range(TURNS if softened or lent else 1):
+        if turn > 0:
+            for i in range(n):
+                right[i] = given[i] + (pattern.softness[i] * x[i] if softened else 0.0)
+            subtract_product(S, pattern, x, right)
+        lu_solve(work.S, pattern, right)
+        if softened:
+            _lengthened(nu, right, before)
+        largest, moved = 0.0, 0.0
+        for i in range(n):
+            x[i] += right[i]
+        for i in range(nu):
+            largest, moved = max(largest, abs(x[i])), max(moved, abs(right[i]))
+        if moved <= EXACT * largest:
+            break
+    state.a[:] = x[:nu]
+    state.lam[:] = x[nu:]
     return -1
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy import sparse
 
 from flexmb.errors import CompileError
 from flexmb.math.block_lu import lu_factor
@@ -298,7 +299,9 @@ def softened(system: System, work, M, G, dependent, indeterminate) -> System:
     dependent, indeterminate : of int
         Equations that depend on others there, and those whose multipliers are not unique.
     """
-    scale = equation_scale(M, G)
+    lent, at = system.program.floor, system.program.floor_at[:, 0]
+    # pivots of equations between bodies without inertia are as large as what they are lent is small
+    scale = equation_scale(M + sparse.csr_matrix((lent, (at, at)), shape=M.shape), G)
     # one number for all forces and one for all moments gives least norm, unless inertias differ by many orders
     forces = equations_of_forces(system, work)
     for family in (forces, ~forces):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,15 @@ def test_a_circle_that_shrinks_through_its_centre_ends_the_run(integrator):
     ) as caught:
         fmb.simulate(model, 3.0, samples=38, integrator=integrator)
     assert caught.value.solution.t[-1] < 1.7  # pi / 2
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.Explicit()], ids=repr)
+def test_a_circle_whose_area_shrinks_to_nothing_is_named(integrator):
+    """R = (0.25 - t)^1/2: the point becomes infinitely fast, and no step comes to the end at 0.25 s."""
+    ring = on_a_circle("0.5")
+    joints = [ring.joint("flat"), replace(ring.joint("ring"), equation="p[0]**2 + p[1]**2 = 0.25 - t")]
+    with pytest.raises(IntegrationError, match=r"Joint 'ring': the gradient .* shrinks to nothing towards t = 0\.25 s"):
+        fmb.simulate(replace(ring, joints=joints), 0.6, samples=4, integrator=integrator)
 
 
 def test_a_stepped_run_tells_it_too():

@@ -15,7 +15,7 @@ from flexmb.integrate.ida.stabilised import kinematics
 from flexmb.math.energies import powers
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import State, pointer_kernel
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import accelerations, linear_accelerations
 from flexmb.system.program import keep_branches, unit_frames
 from flexmb.system.projection import project
 
@@ -35,7 +35,11 @@ def rates(program, work, tree, s, t, stage):
     unit_frames(program, s.q)
     s.u[:] = y[nq : nq + nu]
     state = State(t, s.q, s.u, s.a, s.lam, s.signals)
-    failed = accelerations(program, state, work, s.right, s.run[0].last_sweeps if last else s.run[0].sweeps)
+    sweeps = s.run[0].last_sweeps if last else s.run[0].sweeps
+    if sweeps == 1:
+        failed = linear_accelerations(program, state, work, s.right)
+    else:
+        failed = accelerations(program, state, work, s.right, sweeps)
     kinematics(program, 0.0, y, s.u, out)
     for k in range(len(s.pace)):
         out[program.branches + k] = s.pace[k]

@@ -59,7 +59,9 @@ class CompiledRun:
         self.goal, self.begun = -np.inf, 0
         nu, ng, span = system.nu, system.ng, max(t_end - state.t, 1e-12)
         friction = any(force.reads_reactions for force in system.model.forces)
-        sweeps = (12, 12) if friction else (2, 12) if system.implicit else (3, 12) if system.redundant else (1, 2)
+        one = 1 if not system.redundant or closed_steps.applies(system) else 3  # stiffening follows all multipliers
+        last = 12 if system.redundant else 2
+        sweeps = (12, 12) if friction else (2, 12) if system.implicit else (one, last)
         x, v, _ = motion.unknowns.of(state)
         self.nx, self.end = len(x), len(x) + len(v)
         y = np.concatenate([x, v, np.zeros(3)])

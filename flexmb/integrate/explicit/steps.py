@@ -43,7 +43,7 @@ class ExplicitRun(Record):
     length: float
     """m, of the model"""
     sweeps: int
-    """of the accelerations in a stage"""
+    """of the accelerations in a stage; 1 where they are linear and found by one evaluation"""
     last_sweeps: int
     """the same at the end of a step, where their convergence is looked at"""
     rates: int

@@ -253,7 +253,8 @@ class Phases:
                     known = rows if len(rows["t"]) else last_row
                     gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
                     unknown = self._unknown(system, start, known, outcome.reached, gone)
-                    return failed_with(model, outcome, unknown, gone)
+                    ending = None if unknown or gone else self.gradients.ending(outcome)
+                    return ending or failed_with(model, outcome, unknown, gone)
                 if len(rows["t"]):
                     last_row, first = _row(rows, -1), first + len(rows["t"])
                     self.t = float(marks[first - 1])

@@ -146,7 +146,8 @@ class SteppedPhase:
                 q, u, begin = known["q"][-1], known["u"][-1], float(known["t"][-1])
                 a, unknown = known["a"][-1], unknown_value(self.system, q, u, begin, mark)
                 unknown = unknown or unknown_on_the_way(self.system, begin, q, u, a, outcome.reached)
-                wrong = failed_with(self.model, outcome, unknown)
+                ending = None if unknown else self._gradients.ending(outcome)
+                wrong = ending or failed_with(self.model, outcome, unknown)
                 raise IntegrationError(
                     f"Model '{self.model.name}'",
                     found=wrong.message,

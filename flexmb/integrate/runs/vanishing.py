@@ -12,6 +12,7 @@ import numpy as np
 from flexmb.constraints.formula import Formula
 from flexmb.errors import IntegrationError
 from flexmb.math.weights import no_matrix
+from flexmb.results import Status
 from flexmb.system.program import advance, evaluate
 
 __all__ = ["Gradients"]
@@ -23,12 +24,19 @@ NOTHING = 1e-9
 PLACES = np.linspace(0.0, 1.0, 101)[:, None]
 PROBE = 1e-6
 """Of the time between two rows, over which rates are taken."""
+SHRUNK = 0.05
+"""Part of the square of a gradient that is left along its tangent, below which it vanishes where a run failed."""
 RESOLVED = 2.0
 """rad, by which a gradient may turn between two rows if what it does between them is to be known."""
 LOOK = 1.0
 """rad, after which the run is looked at between samples that are farther apart."""
 LOOKS = 2000
 """Most looks between two of them."""
+
+REMEDY = (
+    "Write it so that it does not become singular (a Distance in the place of a sum of squares), or end the run before "
+    "by an event"
+)
 
 
 class _Row(NamedTuple):
@@ -65,6 +73,23 @@ class Gradients:
             if self.last is not None:
                 self._compare(self.last, now)
             self.last = now
+
+    def ending(self, outcome) -> Status | None:
+        """Return why a run failed, if the gradient of an equation shrinks to nothing there, else None.
+
+        Its square is followed from the last row along the tangent: ``x**2 + y**2 = R**2 - t`` has one that is linear
+        in time, while x and y become infinitely fast and no row comes near the end.
+        """
+        if self.last is None or not outcome.reached > self.last.t:
+            return None
+        h = outcome.reached - self.last.t
+        for number, value, rate in zip(self.numbers, self.last.values, self.last.rates, strict=True):
+            square = float(value @ value)
+            if square + 2.0 * h * float(value @ rate) < SHRUNK * square:
+                title = self.system.joints[self.system.equation_owners[number][0]].title
+                found = f"the gradient of its equation shrinks to nothing towards t = {outcome.reached:.6g} s"
+                return Status.failed(f"{title}: {found}, where it restricts nothing; {outcome.failure}", REMEDY)
+        return None
 
     def resolved(self, times: np.ndarray, first: int, count: int) -> np.ndarray:
         """Return increasing times with others before the next `count` ones from `first` on, at which gradients that
@@ -122,8 +147,7 @@ class Gradients:
             joint.title,
             found=f"the gradient of its equation vanishes near t = {t:.6g} s, where it restricts nothing",
             expected="an equation that changes with the motion at all times",
-            remedy="Write it so that it does not become singular (a Distance in the place of a sum of squares), or end "
-            "the run before by an event",
+            remedy=REMEDY,
         )
 
 
