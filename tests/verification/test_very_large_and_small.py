@@ -82,7 +82,8 @@ def top(size: float) -> tuple[fmb.Model, float]:
 
 @pytest.mark.parametrize("size", [50e-6, 50e-3])
 @pytest.mark.parametrize(
-    ("integrator", "within"), [(fmb.Explicit(), 1e-8), (fmb.IDA(), 1e-4), (fmb.GeneralizedAlpha(), 5e-3)]
+    ("integrator", "within"),
+    [(fmb.Explicit(), 1e-8), (fmb.IDA(), 1e-4), (fmb.GeneralizedAlpha(), 5e-3), (fmb.Implicit(), 1e-4)],
 )
 def test_gyroscope_of_50_micrometres(size, integrator, within):
     """The same errors relative to its size as that of a gyroscope a thousand times as large, over 20 turns."""
