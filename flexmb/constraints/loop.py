@@ -22,7 +22,7 @@ from flexmb.math.switches import FORMULA, OF_LENGTHS, PIECE, PIECE_BEGIN, PIECE_
 from flexmb.math.tables import row_kernel
 from flexmb.model.table import Table
 
-__all__ = ["LOOP", "LOOP_TANGENT", "words"]
+__all__ = ["LOOP", "LOOP_TANGENT", "OF_ATOM", "OF_PROGRAM", "words"]
 
 ROW = np.dtype(
     [
@@ -47,7 +47,7 @@ ROW = np.dtype(
         ("n_acts", np.int64),  # what programs act on: rates of states, then forces by channels
         ("n_rates", np.int64),
         ("acts", np.int64),  # program, marker, component or channel, first block, end of blocks
-        ("blocks", np.int64),  # leg, pair, row, column
+        ("blocks", np.int64),  # leg, pair, 1 if both markers of the pair are one
         ("n_legs", np.int64),
         ("implicit", np.int64),  # 1: signals follow accelerations
         ("n_held", np.int64),
@@ -57,10 +57,13 @@ ROW = np.dtype(
         ("points", np.int64),  # of tables whose pieces are left; as many as are counted, or less than zero: periodic
         ("units", np.int64),  # 1 to 4: lengths, angles and states, speeds, rates of angles; 0: another atom
         ("shares", np.int64),  # size of an atom in this unit
+        ("scratch", np.int64),  # first channel of those that keep what is measured for the derivatives
     ],
     align=True,
 )
 WORDS = MEASURED.itemsize // 8
+OF_ATOM, OF_PROGRAM = 28, 4
+"""Numbers kept of an atom (jet, sort, push and slope) and of a program (jet, derivative by its first input)."""
 _STACK = op.STACK
 
 
@@ -145,14 +148,24 @@ def _values(row, data, state, work, count, z, sorts, push, slope, first):
         z[row.n_atoms + p, 0], first[p] = stack[0, 0], stack[0, 1]
 
 
+@inner_kernel
+def _kept(row, work):
+    """Return where an evaluation keeps jets, sorts, pushes and slopes of atoms, derivatives by first inputs."""
+    place = work.channels.reshape(-1)[6 * row.scratch :]
+    a, n = row.n_atoms, row.n
+    z = place[: 3 * (a + n)].reshape((a + n, 3))
+    place = place[3 * (a + n) :]
+    push, slope = place[: 12 * a].reshape((a, 12)), place[12 * a : 24 * a].reshape((a, 12))
+    return z, place[24 * a : 25 * a].view(np.int64), push, slope, place[25 * a : 25 * a + n]
+
+
 @row_kernel
 def sample(raw, data, state, work):
     """Write the values of the signals, and let the rates act on the states."""
     rows = raw.view(ROW)
     for m in range(rows.shape[0]):
         row = rows[m]
-        z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
-        push, slope, first_slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12)), np.empty(row.n)
+        z, sorts, push, slope, first_slope = _kept(row, work)
         _values(row, data, state, work, row.n_used, z, sorts, push, slope, first_slope)
         outputs = _integers(data, row.outputs, 2 * row.n_outputs)
         for k in range(row.n_outputs):
@@ -211,29 +224,25 @@ def _spread(z, x, p, out):
 
 
 @inner_kernel
-def _add(pair, x, y, wrench, by_place, by_twist):
-    """Subtract the derivatives of a wrench from K and D of a pair."""
-    for i in range(6):
-        w = wrench[i]
-        if w != 0.0:
-            for j in range(6):
-                pair.K[x + i, y + j] -= w * by_place[j]
-                pair.D[x + i, y + j] -= w * by_twist[j]
+def _add_to_matrix(pair, same, wrench, component, by, column, work):
+    """Subtract a wrench (or one component of it) times derivatives by a leg, `by` (6,), from the iteration matrix.
 
-
-@inner_kernel
-def _add_to_matrix(pair, same, wrench, component, by, work):
-    """Subtract a wrench (or one component of it) times derivatives by a leg, `by` (6,), from the iteration matrix."""
+    It is a product of two vectors, so it goes there without a matrix between markers; `column` is scratch.
+    """
     a, b = work.markers[pair.a], work.markers[pair.b]
     if a.nu == 0 or b.nu == 0:
         return
-    blocks = b.nu // b.width
+    blocks, used = b.nu // b.width, False
     start = pair.iS + (0 if same else a.nu * (a.nu // a.width))
-    column = np.zeros(b.nu)
     for m in range(6):
         if by[m] != 0.0:
+            if not used:
+                column[: b.nu] = 0.0
+                used = True
             for j in range(b.nu):
                 column[j] += by[m] * work.J[b.iJ + m * b.nu + j]
+    if not used:
+        return
     for i in range(a.nu):
         x = 0.0
         if component >= 0:
@@ -260,47 +269,33 @@ def tangent(raw, data, state, work):
         row = rows[m]
         if not moving and (row.implicit == 0 or weights.mass == 0.0):
             continue
-        z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
-        push, slope, first_slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12)), np.empty(row.n)
-        _values(row, data, state, work, row.n_used, z, sorts, push, slope, first_slope)
+        z, sorts, push, slope, first_slope = _kept(row, work)  # as `sample` has left them in this evaluation
         atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
         by_atoms = _gradients(row, data, state, row.n_used, z, first_slope)
-        by_place, by_twist = np.empty((row.n_legs, 6)), np.empty((row.n_legs, 6))
-        by_change = np.empty((row.n_legs, 6))
         acts = _integers(data, row.acts, 5 * row.n_acts)
-        blocks = _integers(data, row.blocks, 4 * acts[5 * row.n_acts - 1] if row.n_acts > 0 else 0)
-        none, by = np.zeros(6), np.empty(6)
+        blocks = _integers(data, row.blocks, 3 * acts[5 * row.n_acts - 1] if row.n_acts > 0 else 0)
+        none, by, column = np.zeros(6), np.empty((row.n_legs, 6)), np.empty(len(state.u))
         for k in range(row.n_acts):
             act = acts[5 * k : 5 * k + 5]
-            by_place[:] = 0.0
-            by_twist[:] = 0.0
-            by_change[:] = 0.0
+            for b in range(act[3], act[4]):
+                by[blocks[3 * b]] = 0.0
             for a in range(row.n_atoms):
                 x = by_atoms[act[0], a if atoms[a].source < 0 else atoms[a].source]
                 if x == 0.0:
                     continue
                 if sorts[a] == ACCELERATION and atoms[a].leg_b >= 0:
-                    by_change[atoms[a].leg_b, atoms[a].axis] += x
+                    by[atoms[a].leg_b, atoms[a].axis] += weights.mass * x
                 if sorts[a] == POSITION:
-                    _spread(atoms[a], x, push[a], by_place)
+                    _spread(atoms[a], weights.stiffness * x, push[a], by)
                 elif sorts[a] == VELOCITY or sorts[a] == ACCELERATION:
-                    _spread(atoms[a], x, slope[a], by_place)
-                    _spread(atoms[a], x, push[a], by_twist)
+                    _spread(atoms[a], weights.stiffness * x, slope[a], by)
+                    _spread(atoms[a], weights.damping * x, push[a], by)
+            rate = k < row.n_rates
+            wrench = none if rate else work.channels[act[2]]
             for b in range(act[3], act[4]):
-                block = blocks[4 * b : 4 * b + 4]
-                pair, leg, same = work.pairs[block[1]], block[0], block[3] == 0
-                if k < row.n_rates:  # nobody else asks for the derivatives of rates
-                    for i in range(6):
-                        by[i] = weights.stiffness * by_place[leg, i] + weights.damping * by_twist[leg, i]
-                        by[i] += weights.mass * by_change[leg, i]
-                    _add_to_matrix(pair, same, none, act[2], by, work)
-                    continue
-                if row.implicit == 1:
-                    for i in range(6):
-                        by[i] = weights.mass * by_change[leg, i]
-                    _add_to_matrix(pair, same, work.channels[act[2]], -1, by, work)
-                if moving:
-                    _add(pair, block[2], block[3], work.channels[act[2]], by_place[leg], by_twist[leg])
+                leg, pair = blocks[3 * b], work.pairs[blocks[3 * b + 1]]
+                same = blocks[3 * b + 2] == 1
+                _add_to_matrix(pair, same, wrench, act[2] if rate else -1, by[leg], column, work)
 
 
 @inner_kernel

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from flexmb.constraints import Measured
-from flexmb.constraints.loop import words
+from flexmb.constraints.loop import OF_ATOM, OF_PROGRAM, words
 from flexmb.constraints.measured_kernels import MEASURED, REACTION
 from flexmb.errors import ModelError
-from flexmb.math.tables import DAMPED, DIRECT
+from flexmb.math.tables import DIRECT
 from flexmb.model.expression import joined_arrays
 from flexmb.model.table import in_order
 from flexmb.system.holds import Hold, upstream_first
@@ -39,6 +39,8 @@ def loop_row(loops, used: int) -> dict[str, Any]:
     rows["source"] = sources
     programs = [renumbered(program, n_atoms) for program in loops.programs]
     ops, args, tables = joined_arrays(programs)
+    scratch, needed = loops.n_channels, OF_ATOM * n_atoms + OF_PROGRAM * len(programs)
+    loops.n_channels += -(-needed // 6)
     uses = [inputs_of(program) for program in programs]
     read = _atoms_read(uses, n_atoms)
     for of_one in read:
@@ -51,8 +53,7 @@ def loop_row(loops, used: int) -> dict[str, Any]:
         _require_explicit(loops, read[slot])
         own = dict.fromkeys(m for a in read[slot] for m in numbers[a] if m >= 0)
         acts += [slot, marker, component, len(blocks), len(blocks) + len(own)]
-        writes = DIRECT if len(acts) <= 5 * len(loops.rates) else DAMPED
-        blocks += [(legs.index(m), *_block(compiler, marker, m, writes)) for m in own]
+        blocks += [(legs.index(m), compiler.pair(marker, m, DIRECT), int(marker == m)) for m in own]
     return {
         "n_atoms": n_atoms,
         "atoms": compiler.bulk(rows.view(float)),
@@ -79,6 +80,7 @@ def loop_row(loops, used: int) -> dict[str, Any]:
         "n_held": len(held),
         "held": compiler.bulk(words(held)),
         **kink_rows(compiler, loops.kinks, loops.atoms),
+        "scratch": scratch,
     }
 
 
@@ -132,8 +134,3 @@ def _atoms_read(uses: list[list[int]], n_atoms: int) -> list[set[int]]:
     for of_one in uses:
         found.append({a for i in of_one for a in ((i,) if i < n_atoms else found[i - n_atoms])})
     return found
-
-
-def _block(compiler, marker: int, leg: int, writes: int) -> tuple[int, int, int]:
-    """Return the pair of markers, and row and column in it, where derivatives of a wrench by a leg stand."""
-    return (compiler.pair(marker, leg, writes), 0, 0 if marker == leg else 6)
