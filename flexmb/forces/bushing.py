@@ -163,6 +163,7 @@ class Bushing(Force):
     stiffness: Any
     damping: Any = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
+    holds_turns: ClassVar[bool] = True
     table: ClassVar[Table] = Table("Bushing", ROW, {"apply": apply, "switch": switch}, switches=1)
 
     def __post_init__(self):

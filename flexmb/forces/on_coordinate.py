@@ -18,6 +18,7 @@ class OnCoordinate(Force):
     """A force that acts on a coordinate of a joint (fields ``joint``, ``freedom``) or of two markers (``along``)."""
 
     freedom: str | None
+    holds_turns: ClassVar[bool] = True
     motion: ClassVar[str | None] = None
     """"turn" or "slide" if the force acts on one of them only."""
 

@@ -199,6 +199,7 @@ class UserForce(Force):
     switches: Any = None
 
     imports: ClassVar[tuple[str, ...]] = ("function", "switches")
+    holds_turns: ClassVar[bool] = True
     """Fields whose text names code."""
     unseen: ClassVar[str] = (
         "steps do not end where a Python function jumps or has a kink, and may pass over what is short; give the "

@@ -7,7 +7,7 @@ H^T (.) H.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from flexmb.errors import ReductionError
 from flexmb.model.effective_mass import effective_mass_table
 from flexmb.model.mirrored_cells import mirrored_cells
-from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants, ModalArrays
+from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants, LeftOutStiffness, ModalArrays
 
 __all__ = ["mirrored", "moved", "rescaled", "rotated", "translated"]
 
@@ -143,6 +143,7 @@ def rescaled(data: Data, length: float = 1.0, mass: float = 1.0, time: float = 1
             frequencies=data.frequencies / t,
             invariants=invariants,
             geometric=geometric,
+            left_out=None if data.left_out is None else _left_out_in_units(data.left_out, L, m, t),
             load_shapes=data.load_shapes * force,
             load_turning=None if data.load_turning is None else data.load_turning * force[:, None] / L,
             preload_turning=None if data.preload_turning is None else data.preload_turning * force[:, None] / L,
@@ -169,6 +170,7 @@ def _in_axes(data: Data, Q: np.ndarray, p: np.ndarray) -> Data:
             marker_rotations=turn(data.marker_rotations, s),
             invariants=_invariants(data.invariants, Q, p, s),
             geometric=None if data.geometric is None else _geometric(data.geometric, Q, p, s),
+            left_out=None if data.left_out is None else _left_out_in_axes(data.left_out, Q, p, s),
             load_shapes=_forces(data.load_shapes[:, :, None], Q, p, s)[:, :, 0],
             load_turning=None if data.load_turning is None else _forces(data.load_turning, Q, p, s),
             preload_turning=None if data.preload_turning is None else _forces(data.preload_turning[None], Q, p, s)[0],
@@ -177,7 +179,7 @@ def _in_axes(data: Data, Q: np.ndarray, p: np.ndarray) -> Data:
     )
     turn6 = np.zeros((6, 6))
     turn6[:3, :3], turn6[3:, 3:] = Q, s * Q
-    return _left_out_in_axes(_with_turned_bound(_with_effective_mass(changed, turn6), Q), Q, p)
+    return _with_turned_bound(_with_effective_mass(changed, turn6), Q)
 
 
 def _with_turned_bound(data: Data, Q: np.ndarray) -> Data:
@@ -284,7 +286,6 @@ def _with_quality(data: Data, length: float = 1.0) -> Data:
             "frequencies": scale(data.quality["frequencies"], ["full", "reduced"]),
             **({"tracks": _along(data.quality["tracks"], length)} if "tracks" in data.quality else {}),
             **({"transfer": _with_units(data, factor, length)} if "transfer" in data.quality else {}),
-            **({"left_out": _left_out_with_units(data, factor, length)} if data.left_out else {}),
         },
     )
 
@@ -309,27 +310,22 @@ def _with_units(data: Data, factor: float, length: float) -> dict:
     }
 
 
-def _left_out_with_units(data: Data, factor: float, length: float) -> dict:
-    """Return the changes of stiffness by unit loads in other units; load shapes keep the unit of their intensity."""
-    known, force = data.quality["left_out"], data.mass / data.quality["mass"]["mass"] * length * factor**2
-    units = np.array([force] * 3 + [force * length] * 3)
-    return {
-        **known,
-        "acceleration": (np.array(known["acceleration"]) / (length * factor**2)).tolist(),
-        "turning": (np.array(known["turning"]) / factor**2).tolist(),
-        "spin": known["spin"] / factor**2,
-        "interfaces": {name: (np.array(row) / units).tolist() for name, row in known["interfaces"].items()},
-        "origin": (np.array(known["origin"]) * length).tolist(),
-    }
+def _left_out_in_units(known: LeftOutStiffness, length: float, mass: float, time: float) -> LeftOutStiffness:
+    """Return changes of stiffness by unit loads in other units; load shapes keep the unit of their intensity."""
+    force = mass * length / time**2
+    fields_ = np.where(np.arange(12) < 3, time**2 / length, time**2)[:, None, None]
+    loads = np.where(np.arange(6) < 3, 1.0 / force, 1.0 / (force * length))[:, None, None]
+    return replace(known, inertia=known.inertia * fields_, interface=known.interface * loads)
 
 
-def _left_out_in_axes(data: Data, Q: np.ndarray, p: np.ndarray) -> Data:
-    """Note where the axes and the origin of the changes of stiffness are in axes turned by Q about p."""
-    known = data.left_out
-    if not known:
-        return data
-    places = {"axes": (Q @ known["axes"]).tolist(), "origin": (Q @ (known["origin"] - p)).tolist()}
-    return replace(data, quality={**data.quality, "left_out": {**data.quality["left_out"], **places}})
+def _left_out_in_axes(known: LeftOutStiffness, Q: np.ndarray, p: np.ndarray, s: float) -> LeftOutStiffness:
+    """Return changes of stiffness by the loads of the new axes, on the turns about them."""
+    moved = _geometric(known, Q, p, s)
+    soft = len(known.preload) - 3
+    H = np.eye(soft + 3)
+    H[soft:, soft:] = s * Q
+    parts = {f.name: H @ getattr(moved, f.name) @ H.T for f in fields(moved)}
+    return LeftOutStiffness(**parts, turns=s * Q @ known.turns)
 
 
 def _with_effective_mass(data: Data, G: np.ndarray) -> Data:

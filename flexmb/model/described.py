@@ -101,9 +101,9 @@ def _complaint(title: str, known: Mapping[str, inspect.Parameter], args, kwargs)
         )
         return ModelError(
             part,
-            found=f"{len(args)} values without names",
-            expected=f"at most {len(places)} without a name ({', '.join(places) or 'none'})",
-            remedy=f"Write {named[0]}=..., and so on" if named else "Remove the others",
+            found="1 value without a name" if len(args) == 1 else f"{len(args)} values without names",
+            expected=f"at most {len(places)} without a name ({', '.join(places)})" if places else "names for all values",
+            remedy=_named_remedy(named, args[len(places) :]),
         )
     given = {*places[: len(args)], *kwargs}
     missing = [name for name, p in known.items() if p.default is p.empty and name not in given]
@@ -115,6 +115,15 @@ def _complaint(title: str, known: Mapping[str, inspect.Parameter], args, kwargs)
             remedy=f"Give {missing[0]} a value",
         )
     return None
+
+
+def _named_remedy(named: list[str], values: tuple) -> str:
+    """Return what to do about values without names that no place takes."""
+    if not named:
+        return "Remove the others" if len(values) > 1 else "Remove the last"
+    if len(values) > 1:
+        return f"Write {named[0]}=..., and so on"
+    return f"Write {named[0]}={values[0]!r}" if is_number(values[0]) else f"Give its name: {named[0]}=... for example"
 
 
 class _Plain(NamedTuple):

@@ -276,6 +276,8 @@ class Force(Part):
     """Does it add the flattening of that centre?"""
     lasting: ClassVar[bool] = False
     """Does it rule motions over many revolutions, in which the errors of steps add up (orbits)?"""
+    holds_turns: ClassVar[bool] = False
+    """Can it hold its markers against turning?"""
     unseen: ClassVar[str] = ""
     """What steps do not see of its law, and what to do: runs and checks say it."""
     table: ClassVar[Table]
@@ -301,6 +303,17 @@ class Force(Part):
         """Return the marker at which `ForceOf` reports the wrench (the second one)."""
         markers = getattr(self, "markers", None)
         return markers[1] if markers else getattr(self, "marker", None)
+
+    def in_statics(self, system, start, markers: np.ndarray) -> Force:
+        """Return what stands for this force while an equilibrium is sought from a state, with the same states.
+
+        Parameters
+        ----------
+        system, start : System, State
+            With signals as they are at the time of the equilibrium.
+        markers : records of the evaluated markers, by number
+        """
+        return self
 
     def complaint(self) -> str:
         """Return what went wrong while this force was evaluated (forces that call foreign functions)."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.model.numbering import Numbering
 
-__all__ = ["GeometricStiffness", "InertiaInvariants", "ModalArrays"]
+__all__ = ["GeometricStiffness", "InertiaInvariants", "LeftOutStiffness", "ModalArrays"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,6 +80,20 @@ class GeometricStiffness:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class LeftOutStiffness(GeometricStiffness):
+    """Geometric stiffness that a reduction leaves out, on some soft shapes and the three turns of the body.
+
+    The matrices are those of unit loads, as in `GeometricStiffness`; there is no preload. The first shapes have the
+    strain energy 1/2 at a coordinate of 1 (in a unit of energy of their own, so that only the units of the loads count):
+    the eigenvalues of the sum of the matrices, each times its load, are relative changes of stiffness.
+
+    ``turns`` (ni, 3, k): turn of each interface by the shapes, in body axes, in the unit of the last three coordinates.
+    """
+
+    turns: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ModalArrays:
     """The fields of `ModalNeutralData`, which says what they hold."""
 
@@ -98,6 +112,7 @@ class ModalArrays:
     frequencies: np.ndarray
     invariants: InertiaInvariants
     geometric: GeometricStiffness | None = None
+    left_out: LeftOutStiffness | None = None
     load_names: tuple[str, ...] = ()
     load_shapes: np.ndarray
     load_turning: np.ndarray | None = None
@@ -130,23 +145,6 @@ class ModalArrays:
         """Inertia of the undeformed body about its centre of mass, (3, 3), kg m2, in body axes."""
         c = self.center_of_mass
         return self.invariants.ww0 - self.mass * (c @ c * np.eye(3) - np.outer(c, c))
-
-    @property
-    def left_out(self) -> dict[str, Any]:
-        """Change of stiffness by unit loads where the reduction has no geometric stiffness (`reduction.left_out`);
-        empty where there is one, or nothing is known.
-        """
-        known: Any = self.quality.get("left_out") if self.geometric is None else None
-        try:
-            return {
-                **{name: np.array(known[name], float).reshape(3) for name in ("acceleration", "turning", "origin")},
-                "axes": np.array(known["axes"], float).reshape(3, 3),
-                "spin": float(known["spin"]),
-                "interfaces": {name: np.array(row, float).reshape(2, 3) for name, row in known["interfaces"].items()},
-                "loads": {name: float(value) for name, value in known["loads"].items()},
-            }
-        except (KeyError, TypeError, ValueError, AttributeError):  # of other data, or of a file made by hand
-            return {}
 
     def node_name(self, node: int) -> str:
         """Return words for a node: "node 63241 of the deck" where the file has numbers, else "node 12"."""

@@ -52,10 +52,23 @@ def check_shapes(data: ModalArrays) -> None:
             part, found=f"{data.n_interfaces} interfaces", expected=f"0 to {k}, the number of markers", remedy=_REMEDY
         )
     if data.geometric is not None:
-        g = {"inertia": (12, m, m), "interface": (data.n_interfaces, 6, m, m)}
-        g |= {"loads": (loads, m, m), "preload": (m, m)}
-        for name, shape in g.items():
+        for name, shape in _unit_loads(m, data.n_interfaces, loads).items():
             _check(part, f"geometric.{name}", getattr(data.geometric, name), shape)
+    if data.left_out is not None:
+        soft = np.shape(data.left_out.preload)[-1] - 3 if np.ndim(data.left_out.preload) else 0
+        expected = _unit_loads(soft + 3, data.n_interfaces, loads) | {"turns": (data.n_interfaces, 3, soft)}
+        for name, shape in expected.items():
+            _check(part, f"left_out.{name}", getattr(data.left_out, name), shape)
+
+
+def _unit_loads(m: int, interfaces: int, loads: int) -> dict[str, tuple[int, ...]]:
+    """Return the shapes of the arrays of geometric stiffness on m coordinates."""
+    return {
+        "inertia": (12, m, m),
+        "interface": (interfaces, 6, m, m),
+        "loads": (loads, m, m),
+        "preload": (m, m),
+    }
 
 
 def _check(part: str, name: str, value: Any, shape: tuple[int, ...]) -> None:
@@ -85,8 +98,10 @@ def checked(data: Data, part: str) -> Data:
             raise _refused(part, f"{kind} cells of the shape {cells.shape} and type {cells.dtype}", "node numbers")
     arrays = {f.name: getattr(data, f.name) for f in fields(data)}
     arrays |= {f"invariants.{f.name}": getattr(data.invariants, f.name) for f in fields(data.invariants)}
-    if data.geometric is not None:
-        arrays |= {f"geometric.{f.name}": getattr(data.geometric, f.name) for f in fields(data.geometric)}
+    for group in ("geometric", "left_out"):
+        record = getattr(data, group)
+        if record is not None:
+            arrays |= {f"{group}.{f.name}": getattr(record, f.name) for f in fields(record)}
     for name, value in arrays.items():
         if isinstance(value, np.ndarray) and not np.isfinite(value).all():
             wrong = np.argwhere(~np.isfinite(value))[0].tolist()

@@ -51,6 +51,8 @@ class ModalNeutralData(ModalArrays):
     frequencies : (m,), Hz
         Frequencies of the retained modes (free-free for the Buckens frame).
     invariants : InertiaInvariants
+    left_out : LeftOutStiffness or None
+        What geometric stiffness would change, where it was left out: runs compare their loads with it.
     geometric : GeometricStiffness or None
     load_names : tuple of str
     load_shapes : (nl, 6 + m), N, N m, N

@@ -13,7 +13,7 @@ import numpy as np
 
 from flexmb import hdf5
 from flexmb.errors import ValidityWarning
-from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants, ModalArrays
+from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants, LeftOutStiffness, ModalArrays
 from flexmb.model.modal_neutral_checks import checked
 from flexmb.model.numbering import Numbering
 
@@ -29,7 +29,7 @@ PRESSURE, ONTO = "pressure", "onto the surface"
 TOLD = "warnings given"
 """Dataset of a kept reduction: the warnings that were given as it was made."""
 
-_GROUPS = {"invariants": InertiaInvariants, "geometric": GeometricStiffness}
+_GROUPS = {"invariants": InertiaInvariants, "geometric": GeometricStiffness, "left_out": LeftOutStiffness}
 _OWN = {"cells", "recipe", "node_sets", "numbering", *_GROUPS}  # written in their own way
 
 

@@ -200,8 +200,6 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
         quality["tracks"] = tracks
     if zones:
         quality["contact"] = zones
-    if geometric is None and (left_out := left_out_stiffness(body, basis, interfaces, forces, names)):
-        quality["left_out"] = left_out
     if words := middle_surface(fe) if asked.stress else "":
         tell(words, UserWarning)
         quality["warnings"].append(words)
@@ -211,6 +209,7 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
         n_interfaces=len(couplings),
         damping_ratios=damping_ratios(asked.damping, basis.w2, _dampers(fe, basis)),
         geometric=geometric,
+        left_out=None if geometric is not None else left_out_stiffness(body, basis, interfaces, forces),
         load_turning=turning,
         preload_turning=preload_turning,
         frame=asked.frame,

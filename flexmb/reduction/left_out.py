@@ -1,20 +1,20 @@
-"""How much the geometric stiffness that a reduction leaves out would count: a number for each load of a body.
+"""The geometric stiffness that a reduction leaves out, on a few soft shapes, for each load of a body.
 
 A part that was reduced without geometric stiffness neither buckles nor stiffens when it spins, and nothing in its
-equations says so. So the reduction keeps, for every unit load, by how much it changes the stiffness of the softest
-shapes, and a run compares its loads with that (`flexmb.bodies.floating.left_out`).
+equations says so. So the reduction keeps, for every unit load, how it changes the stiffness of the softest shapes, and
+a run adds these changes, each times its load (`flexmb.bodies.floating.left_out`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from scipy import sparse
 
+from flexmb.model.modal_arrays import LeftOutStiffness
 from flexmb.reduction.basis import Basis
-from flexmb.reduction.geometric import coupling_stiffness, inertia_loads
+from flexmb.reduction.geometric import ACCELERATIONS, coupling_stiffness, inertia_loads
 from flexmb.reduction.markers import MarkerMotion
 from flexmb.reduction.statics import HeldBody
 
@@ -29,75 +29,60 @@ MOST = 240
 
 
 def left_out_stiffness(
-    body: HeldBody, basis: Basis, interfaces: Sequence[MarkerMotion], forces: np.ndarray, names: Sequence[str]
-) -> dict[str, Any] | None:
-    """Return the largest relative change of stiffness by each unit load, as JSON can hold it; None where it is unknown.
+    body: HeldBody, basis: Basis, interfaces: Sequence[MarkerMotion], forces: np.ndarray
+) -> LeftOutStiffness | None:
+    """Return the changes of stiffness by unit loads on the softest shapes; None where they are unknown.
 
-    The change is the largest eigenvalue of ``K^-1 K_g`` on the softest shapes, in size: 1 at the buckling load. Shapes
-    are seen from the mean motion and from each interface in turn, and the largest value counts: a column in its mean
-    frame buckles under four times the load that it carries when one end is clamped. Stresses are those of the basis,
-    exact for loads on interfaces.
+    Shapes are seen from their mean motion. How a body is held decides from where its shapes must be seen: a column
+    between pins carries four times the load that it carries when one end is clamped. So the turns of the body are
+    coordinates too, and a run that knows the joints puts the turn in that an interface takes. Stresses are those of the
+    basis, exact for loads on interfaces.
 
     Parameters
     ----------
     body, basis, interfaces : the held body, its shapes, and the motions of its interfaces
     forces : (ndof, nl), N
-        Load shapes of unit size, with `names`.
-
-    Returns
-    -------
-    dict
-        ``acceleration`` (3,), s2/m, ``turning`` (3,), s2, of angular acceleration, ``spin``, s2, of the square of the
-        angular velocity, ``interfaces``: name to (6,), 1/N and 1/(N m), ``loads``: name to one over its unit; ``axes``
-        (3, 3) and ``origin`` (3,), m: of the numbers, in body axes.
+        Load shapes of unit size.
     """
-    fe, count = body.fe, 12 + 6 * len(interfaces) + len(names)
-    if not fe.blocks or fe.condensed is not None or not len(basis.w2) or count > MOST:
+    fe, own = body.fe, len(ACCELERATIONS)
+    if not fe.blocks or fe.condensed is not None or not len(basis.w2):
+        return None
+    if own + 6 * len(interfaces) + forces.shape[1] > MOST:
         return None
     soft = np.argsort(basis.w2)[:SOFTEST]
-    shapes, turns = basis.shapes[:, soft], fe.rigid_motions()[:, 3:]
-    parts = [sparse.csc_matrix(_inertia(fe)), *(marker.matrix.T for marker in interfaces), sparse.csc_matrix(forces)]
-    G = _unit_stiffness(body, basis, interfaces, sparse.hstack(parts, format="csc"), np.hstack([shapes, turns]))
+    rigid = fe.rigid_motions()
+    shapes = basis.shapes[:, soft] / np.sqrt(basis.w2[soft])
+    momenta = fe.M @ rigid
+    mass = rigid.T @ momenta
+    scale = 1.0 / np.sqrt(np.where(np.diag(mass) > 0.0, np.diag(mass), 1.0))  # a planar model lacks some motions
+    inverse = scale[:, None] * np.linalg.pinv(mass * np.outer(scale, scale), hermitian=True) * scale
+    shapes = shapes - rigid @ (inverse @ (momenta.T @ shapes))
+    turns = np.array([marker.matrix[3:] @ shapes for marker in interfaces]).reshape(len(interfaces), 3, len(soft))
+    unit = float(np.abs(turns).max(initial=0.0)) or 1.0
+    parts = [sparse.csc_matrix(inertia_loads(fe)), *(m.matrix.T for m in interfaces), sparse.csc_matrix(forces)]
+    columns = sparse.hstack(parts, format="csc")
+    G = _unit_stiffness(body, basis, interfaces, columns, np.hstack([shapes, unit * rigid[:, 3:]]))
     if not np.all(np.isfinite(G)):  # loads beyond the range of numbers
         return None
-    flexible = 1.0 / np.sqrt(basis.w2[soft])
-    largest = np.zeros(len(G))
-    for seen in (None, *interfaces):
-        T = np.vstack([np.eye(len(soft)), np.zeros((3, len(soft))) if seen is None else -(seen.matrix[3:] @ shapes)])
-        relative = flexible[:, None] * (T.T @ G @ T) * flexible
-        largest = np.maximum(largest, np.abs(np.linalg.eigvalsh(relative)).max(axis=1))
-    by_interface = largest[9 : 9 + 6 * len(interfaces)].reshape(-1, 6)
-    return {
-        "acceleration": largest[:3].tolist(),
-        "turning": largest[3:6].tolist(),
-        "spin": float(largest[6:9].max()),
-        "interfaces": {marker.name: row.tolist() for marker, row in zip(interfaces, by_interface)},
-        "loads": dict(zip(names, largest[9 + 6 * len(interfaces) :].tolist())),
-        "axes": np.eye(3).tolist(),
-        "origin": [0.0, 0.0, 0.0],
-    }
-
-
-def _inertia(fe) -> np.ndarray:
-    """Return the nodal forces (ndof, 9) of unit accelerations, angular accelerations and spins about the axes."""
-    unit = inertia_loads(fe)  # of A_k, then of B_kl at 3 + 3 k + l
-    B = np.zeros((6, 3, 3))
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        B[i, k, j], B[i, j, k] = 1.0, -1.0
-        B[3 + i, j, j] = B[3 + i, k, k] = -1.0
-    return np.hstack([unit[:, :3], unit[:, 3:] @ B.reshape(6, 9).T])
+    inertia, interface, loads = np.split(G, [own, own + 6 * len(interfaces)])
+    return LeftOutStiffness(
+        inertia=inertia,
+        interface=interface.reshape(len(interfaces), 6, *G.shape[1:]),
+        loads=loads,
+        preload=np.zeros(G.shape[1:]),
+        turns=turns / unit,
+    )
 
 
 def _unit_stiffness(body: HeldBody, basis: Basis, interfaces, columns, motions) -> np.ndarray:
     """Return the geometric stiffness of the loads, columns (ndof, n), on the motions (ndof, k): (n, k, k)."""
-    fe, field, parts = body.fe, body.fe.field(motions), []
+    fe, field, parts, own = body.fe, body.fe.field(motions), [], len(ACCELERATIONS)
     for first in range(0, columns.shape[1], AT_ONCE):
         loads = columns[:, first : first + AT_ONCE].toarray()
         static = basis.shapes @ ((basis.shapes.T @ loads) / basis.w2[:, None])
         displacement = fe.field(static)
         part = np.sum([block.projected_geometric_stiffness(displacement, field) for block in fe.blocks], axis=0)
-        loads[:, max(9 - first, 0) : max(9 + 6 * len(interfaces) - first, 0)] = 0.0  # the rest acts on nodes
-        parts.append(part + coupling_stiffness(body, static, loads, interfaces, motions, 9 - first))
+        loads[:, max(own - first, 0) : max(own + 6 * len(interfaces) - first, 0)] = 0.0  # the rest acts on nodes
+        parts.append(part + coupling_stiffness(body, static, loads, interfaces, motions, own - first))
     G = np.concatenate(parts)
     return 0.5 * (G + G.transpose(0, 2, 1))

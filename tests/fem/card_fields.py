@@ -114,7 +114,7 @@ PARAM | K6ROT,1.+4 | 2:values=2.+4
 PARAM | COUPMASS,1 | 2:values=-1
 PARAM | G,0. | 2:values=.02
 PARAM | SNORM,0. | 2:values=20.
-PARAM | CK1,0. | 2:values=2.
+PARAM | CK1,1. | 2:values=2.
 """
 
 

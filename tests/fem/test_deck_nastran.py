@@ -641,3 +641,21 @@ def test_coupled_mass_of_rods_and_blanks_between_components(tmp_path):
     np.testing.assert_allclose(along, mass * np.array([[5, 1], [1, 5]]) / 12, rtol=1e-12)
     np.testing.assert_allclose(across, mass * np.eye(2) / 2, rtol=1e-12, atol=1e-15)
     np.testing.assert_array_equal(fe.supports["spc"], [[0, k] for k in range(6)])
+
+
+def test_factors_of_one_are_no_factors(tmp_path):
+    """PARAM, CK1 is 1 by default: written so it changes nothing; 0 leaves the matrix out, and an imaginary part damps."""
+    for value, told in (("1.", False), ("1.0,0.0", False), ("2.", True), ("0.", True), ("1.,.02", True)):
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            fe = deck(tmp_path, beam(2, extra=f"PARAM,CK1,{value}"))
+        listed = [words for words in fe.source["left_out"] if "CK1" in words]
+        assert len(listed) == told
+        assert any("CK1" in str(w.message) for w in found) == told
+
+
+def test_equations_solved_together_are_all_named(tmp_path):
+    """Two equations of a node with turned axes that say the same are refused with both names."""
+    text = block("MPC,5,2,1,-1.,1,1,1.\nMPC,5,2,1,-2.,1,1,2.", "CORD2R,9,0,0.,0.,0.,0.,0.,1.,+\n+,.6,.8,0.")
+    with pytest.raises(MeshError, match=r"bdf:19, MPC 5 and .*bdf:20, MPC 5: equations that do not determine"):
+        deck(tmp_path, text.replace("GRID,2,,1.,0.,0.", "GRID,2,,1.,0.,0.,9"), "MPC = 5")

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.integrate.runs.creep_watch import CreepWatch
+from flexmb.system import compile
 
 SLOPE, G = 0.2, 9.81
 ALONG = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0), x=(0, 0, 1))
@@ -51,6 +53,14 @@ def test_what_should_stand_and_creeps_is_told(integrator):
     assert "Force 'f'" in sentence
     assert way(sentence) == pytest.approx(crept, rel=1e-2)
     assert sentence in run.statistics["warnings"]
+
+
+def test_another_warning_about_the_force_does_not_silence_it():
+    """Only what was told of its creep is not told again, whatever else begins with its name and "in"."""
+    system = compile(on_a_slope(fmb.JointFriction("f", joint="slide", moving=0.3)))
+    assert CreepWatch(system, ["Force 'f': in the equilibrium at the start it does not hold"]).told == set()
+    creeps = "Force 'f': in 10 s in which it is slower than its transition of 0.001 m/s it goes 0.008 m"
+    assert CreepWatch(system, [creeps]).told == {"Force 'f'"}
 
 
 def test_a_smaller_transition_as_it_says_holds():

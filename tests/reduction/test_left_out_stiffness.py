@@ -4,6 +4,8 @@ Reference: Euler's column, pi^2 EI / (4 L^2); the rotating cantilever, whose low
 3.516 to 3.681 at a speed of 1 (in units of sqrt(EI / mu) / L^2; Wright et al. 1982), so by 9.6 % in its square.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -48,6 +50,29 @@ def column(data, force, across=0.0):
     return fmb.statics(model)
 
 
+def strut(data, force, foot=fmb.Spherical):
+    """Return the equilibrium of a body between a foot and a ball in a guide along its axis, pressed together."""
+    guide = fmb.Pose.axes(at=(L, 0, 0), z=(1, 0, 0), x=(0, 1, 0))
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"guide": guide}), fmb.FloatingBody("b", data=data)],
+        joints=[foot("A", markers=("ground.origin", "b.a")), fmb.InLine("B", markers=("ground.guide", "b.b"))],
+        forces=[fmb.PointLoad("press", marker="b.b", force=(-force, 0.0, 0.0))],
+    )
+    return fmb.statics(model)
+
+
+def brought_up(data, speed):
+    """Return a blade that is brought to a speed without stretching it suddenly."""
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.FloatingBody("b", data=data)],
+        joints=[
+            fmb.Revolute("hub", markers=("ground.origin", "b.a")),
+            fmb.Drive("spin", joint="hub", angle=fmb.ramp(rate=speed, rise=2.0)),
+        ],
+    )
+    return fmb.simulate(model, 2.2, samples=12)
+
+
 def spinning(data, speed, **place):
     """Return a twentieth of a turn of a blade that is driven at a constant speed."""
     model = fmb.Model(
@@ -72,7 +97,7 @@ def test_a_column_near_its_buckling_load_is_told(part, frame, recwarn):
     solution = column(rod(frame=frame), part * np.pi**2 * EI / (4.0 * L**2))
     told = [str(w.message) for w in recwarn if "its reduction leaves out" in str(w.message)]
     assert len(told) == (part > 0.1)
-    assert 0.8 * part < 0.1 * share(solution) < 2.0 * part
+    assert 0.1 * share(solution) == pytest.approx(part, rel=1e-4)
     if told:
         assert told[0].startswith("Body 'b' carries loads that change its stiffness by up to")
         assert "most of it by interface '" in told[0]
@@ -80,19 +105,71 @@ def test_a_column_near_its_buckling_load_is_told(part, frame, recwarn):
         assert "geometric_stiffness=True" in told[0]
 
 
+@pytest.mark.parametrize("frame", ["buckens", "a"])
+def test_a_strut_between_pins_carries_four_times_as_much(frame, recwarn):
+    """Euler's load between pins, pi^2 EI / L^2: a twelfth of it is no cause for a warning, an eighth is."""
+    data, euler = rod(frame=frame), np.pi**2 * EI / L**2
+    for part, told in ((1.0 / 12.0, False), (1.0 / 8.0, True)):
+        assert 0.1 * share(strut(data, part * euler)) == pytest.approx(part, rel=1e-3)
+        assert any("its reduction leaves out" in str(w.message) for w in recwarn) == told
+
+
+def test_a_foot_that_holds_counts_as_a_clamp(recwarn):
+    """A hinge holds the bending out of its plane: told is the change of a column that is clamped there and free."""
+    part = 0.02
+    told = 0.1 * share(strut(rod(), part * np.pi**2 * EI / L**2, foot=fmb.Revolute))
+    assert told == pytest.approx(4.0 * part, rel=1e-3)
+    assert not [w for w in recwarn if "leaves out" in str(w.message)]
+
+
 def test_a_blade_that_spins_is_told(recwarn):
-    """The pull of the hub and the spin of the blade are added in size: told is up to three times the change."""
+    """The basis of one axial shape has the mean of the tension along the blade: told is 1.4 times the change."""
     unit = np.sqrt(EI / MU) / L**2
     data = rod()
-    for speed, told in ((0.5, False), (3.0, True)):
+    for speed, told in ((0.7, False), (3.0, True)):
         change = (3.681**2 / 3.516**2 - 1.0) * speed**2
-        assert change < 0.1 * share(spinning(data, speed * unit)) < 3.0 * change
+        assert change < 0.1 * share(brought_up(data, speed * unit)) < 1.5 * change
         assert any("its reduction leaves out" in str(w.message) for w in recwarn) == told
+
+
+def test_a_blade_that_is_stretched_at_once_carries_more():
+    """Spin without stretch at the start rings along the blade, and the hub pulls up to twice as hard."""
+    change = (3.681**2 / 3.516**2 - 1.0) * 9.0
+    with pytest.warns(fmb.ValidityWarning, match="its reduction leaves out"):
+        assert 1.5 * change < 0.1 * share(spinning(rod(), 3.0 * np.sqrt(EI / MU) / L**2)) < 3.0 * change
+
+
+def test_a_load_and_its_support_have_signs():
+    """A rod that is pushed at both ends and pulled at both ends, by equal forces, carries nothing."""
+    data, force = rod(), 0.5 * np.pi**2 * EI / L**2
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.FloatingBody("b", data=data)],
+        joints=[fmb.Fixed("hold", markers=("ground.origin", "b.a"))],
+        forces=[
+            fmb.PointLoad("press", marker="b.b", force=(-force, 0.0, 0.0)),
+            fmb.PointLoad("pull", marker="b.b", force=(force, 0.0, 0.0)),
+        ],
+    )
+    assert share(fmb.statics(model)) < 1e-6
+
+
+def test_files_keep_the_matrices(tmp_path):
+    """What was saved tells the same; a file without the matrices, as in former times, is read and tells nothing."""
+    data, force = rod(), 0.5 * np.pi**2 * EI / (4.0 * L**2)
+    with pytest.warns(fmb.ValidityWarning, match="its reduction leaves out"):
+        expected = share(column(data, force))
+    again = fmb.ModalNeutralData.load(data.save(tmp_path / "rod.h5"))
+    with pytest.warns(fmb.ValidityWarning, match="its reduction leaves out"):
+        assert share(column(again, force)) == expected
+    former = replace(data, left_out=None, quality={**data.quality, "left_out": {"acceleration": [1.0, 1.0, 1.0]}})
+    former = fmb.ModalNeutralData.load(former.save(tmp_path / "former.h5"))
+    assert former.left_out is None
+    assert "left out" not in column(former, force).statistics["share of validity"]["Body 'b'"]
 
 
 def test_with_geometric_stiffness_nothing_is_left_out(recwarn):
     data = rod(geometric_stiffness=True)
-    assert data.left_out == {}
+    assert data.left_out is None
     column(data, 0.5 * np.pi**2 * EI / (4.0 * L**2))
     assert not [w for w in recwarn if "leaves out" in str(w.message)]
 
@@ -101,7 +178,7 @@ def test_a_stocky_body_carries_its_load(recwarn):
     """100 MPa in a block: Euler's load is seventy times as large."""
     solution = column(block(), 1e8 * 0.04**2)
     part = 1e8 / (np.pi**2 * 210e9 * (0.04**2 / 12.0) / (4.0 * 0.1**2))
-    assert 0.8 * part < 0.1 * share(solution) < 2.0 * part
+    assert 0.8 * part < 0.1 * share(solution) < 1.2 * part
     assert not [w for w in recwarn if "leaves out" in str(w.message)]
 
 
@@ -117,10 +194,33 @@ def test_other_units_and_axes():
 
     turn, origin = Rotation.from_rotvec((0.3, 0.2, -0.4)), (0.2, -0.5, 0.1)
     moved = reduction.moved(data, rotation=turn, origin=origin)
-    assert moved.left_out["loads"] == data.left_out["loads"] != {}
     back = turn.inv().as_matrix()
     place = {"at": origin, "rotation": turn, "markers": {"a": fmb.Pose.axes(x=back[:, 0], z=back[:, 2])}}
     speed = 3.0 * np.sqrt(EI / MU) / L**2
     place["velocity"] = np.cross((0.0, 0.0, speed), origin)
     with pytest.warns(fmb.ValidityWarning, match="its reduction leaves out"):
         assert share(spinning(moved, speed, **place)) == pytest.approx(share(spinning(data, speed)), rel=1e-5)
+
+
+def bent(data, mirror=False, rotation=None):
+    """Return the equilibrium of a rod that is clamped and pushed along and across, in axes of its own."""
+    sign, turn = (-1.0 if mirror else 1.0), np.eye(3) if rotation is None else rotation
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"foot": fmb.Pose(at=turn @ (0.0, 0.0, 0.0), rotation=turn)})]
+        + [fmb.FloatingBody("b", data=data, rotation=turn)],
+        joints=[fmb.Fixed("hold", markers=("ground.foot", "b.a"))],
+        forces=[
+            fmb.PointLoad("press", marker="b.b", force=turn @ (-60.0, 3.0 * sign, 2.0), moment=turn @ (sign, 0.5, -sign))
+        ],
+    )
+    return fmb.statics(model)
+
+
+@pytest.mark.filterwarnings("ignore:Body 'b'")
+def test_a_mirrored_body_under_mirrored_loads():
+    """A reflection turns moments about: the loads add up to the same change of stiffness."""
+    data = rod()
+    image = reduction.mirrored(data, "xz")
+    assert share(bent(image, mirror=True)) == pytest.approx(share(bent(data)), rel=1e-6)
+    turned = Rotation.from_rotvec((0.3, -0.8, 0.5)).as_matrix()
+    assert share(bent(data, rotation=turned)) == pytest.approx(share(bent(data)), rel=1e-6)

@@ -65,8 +65,8 @@ def _scales(rows, data, state, work, first, out):
 class _Limits:
     """Size, watched nodes, highest frequency, stiffness and unit loads of one body."""
 
-    def __init__(self, body, row, bulk):
-        data = body.reduced
+    def __init__(self, body, row, system):
+        data, bulk = body.reduced, system.program.bulk
         self.title, self.modes = body.title, data.n_modes
         nodes, shapes = data.nodes, data.shapes
         if not len(nodes):  # of SID and MBDyn files: markers are all that is known of the geometry
@@ -85,7 +85,6 @@ class _Limits:
         if len(self.G):
             w, vectors = np.linalg.eigh(data.stiffness)
             self.inverse = (vectors / np.sqrt(np.maximum(w, 1e-12 * w[-1]))).T  # inverse @ K @ inverse^T = I
-        self.left_out = LeftOut(data, row) if data.left_out and not row["stiffening"] else None
         interfaces = [f"interface '{name}'" for name in data.marker_names[: data.n_interfaces]]
         self.causes = (
             12 * ["acceleration"]
@@ -93,6 +92,8 @@ class _Limits:
             + [f"load '{name}'" for name in data.load_names]
             + ["preload"]
         )
+        unknown = data.left_out is None or row["stiffening"]
+        self.left_out = None if unknown else LeftOut(body, data, row, self.causes, system)
 
     def deformation(self, eta):
         """Return the displacement relative to the size, (nt, watched nodes), from eta (nt, m)."""
@@ -127,7 +128,7 @@ class FloatingWatch:
         kind = list(program.place).index(bodies[0].table.kernels["place"].compiled.address)
         rows = program.raw[program.starts[kind] : program.starts[kind + 1]].view(ROW)
         elastic = [(body, row) for body, row in zip(bodies, rows, strict=True) if row["modes"] > 0]
-        self.limits = [_Limits(body, row, program.bulk) for body, row in elastic]
+        self.limits = [_Limits(body, row, system) for body, row in elastic]
         self.unstiffened = [n for n, limits in enumerate(self.limits) if limits.left_out is not None]
         self.spans = [system.body_slices[body.name] for body, _ in elastic]
         self.bulk = program.bulk

@@ -140,10 +140,19 @@ def solved_together(equations: Iterable[Equation]) -> list[LinkRows]:
             matrix = np.zeros((len(part), len(columns)))
             for k, equation in enumerate(part):
                 matrix[k, np.searchsorted(columns, equation.columns)] = equation.row
-            link = LinkRows(part[0].name)
-            link.add_equations(columns, matrix, np.concatenate([e.first for e in part]), part[0].who)
+            link = LinkRows(_listed([equation.name for equation in part]))
+            who = _listed([equation.who for equation in part])
+            link.add_equations(columns, matrix, np.concatenate([e.first for e in part]), who)
             out.append(link)
     return out
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return the different names, the first four of many."""
+    words = list(dict.fromkeys(names))
+    if len(words) > 5:
+        words = [*words[:4], f"{len(words) - 4} others"]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def eliminated(

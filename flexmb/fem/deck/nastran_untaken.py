@@ -40,13 +40,21 @@ def tell_untaken(bulk: Bulk, deck: Deck) -> None:
                 if _given(card, at):
                     deck.inventory.left_out[f"{name}: {meaning}"] += 1
     for card in bulk.of("PARAM"):
-        if (why := PARAMETERS.get(card.text(1).upper())) and _given(card, 2):
+        why = PARAMETERS.get(card.text(1).upper())
+        if why and (_scales(card) if why == SCALED else _given(card, 2)):
             deck.inventory.left_out[f"PARAM {card.text(1).upper()}: {why}"] += 1
     for name, fields in APPROXIMATED.items():
         for card in bulk.of(name):
             for at, meaning in fields.items():
                 if card.text(at).upper() not in USUAL:
                     deck.inventory.approximated[f"{name}: {meaning}, integrated as all solids here"] += 1
+
+
+def _scales(card: Card) -> bool:
+    """Whether a factor, with an imaginary part or without, is another one than 1."""
+    factor = card.real(2, 1.0) if card.is_real(2) or not card.text(2) else None
+    imaginary = card.real(3, 0.0) if card.is_real(3) or not card.text(3) else None
+    return factor != 1.0 or imaginary != 0.0
 
 
 def _given(card: Card, at: int) -> bool:

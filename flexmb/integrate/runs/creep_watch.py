@@ -18,8 +18,8 @@ SHARE = 0.05
 """Of the largest motion, from which on a run tells how far what stands has crept."""
 LEAST, TURN = 0.1, 0.2
 """Lengths of the model, or rad, that motion counts as at the least: what stands may creep by a twentieth of it."""
-BEGINS = ": in "
-"""Between the name of a force and what it is told."""
+BEGINS, GOES_ON = ": in ", " s in which it is slower than its transition of "
+"""Between the name of a force and the time, and behind it: no other warning has both."""
 
 
 class CreepWatch:
@@ -38,7 +38,8 @@ class CreepWatch:
     def __init__(self, system, given: Iterable[str] = ()):
         units = {f.title: unit for f in system.model.forces if (unit := f.slip_unit(system.model))}
         self.system = system
-        self.told = {title for title in units if any(text.startswith(f"{title}{BEGINS}") for text in given)}
+        crept = [text for text in given if GOES_ON in text]
+        self.told = {title for title in units if any(text.startswith(f"{title}{BEGINS}") for text in crept)}
         self.rows = np.flatnonzero([owner in units for owner in system.switch_owners])
         if not len(self.rows):
             return
@@ -105,7 +106,7 @@ class CreepWatch:
             enough = _rounded_down(float(self.speed[k] * SHARE * max(least, self.path[k] - crept[k]) / crept[k]))
             told[title] = (
                 share,
-                f"{title}{BEGINS}{self.stood[k]:.3g} s in which it is slower than its transition of "
+                f"{title}{BEGINS}{self.stood[k]:.3g}{GOES_ON}"
                 f"{self.speed[k]:.3g} {unit}/s it goes {crept[k]:.3g} {unit}; expected: less than {SHARE * motion:.2g} "
                 f"{unit}, {100.0 * SHARE:g} % of the motion. Its law is regularised: what should stand creeps, and "
                 f"slow motion meets less than the full friction. Give a transition of {enough:g} {unit}/s or less; in "
