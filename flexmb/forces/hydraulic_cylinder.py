@@ -1,8 +1,11 @@
-"""`HydraulicCylinder`: a double-acting cylinder with compressible oil behind a valve, its two pressures as states."""
+"""`HydraulicCylinder`: a double-acting cylinder with compressible oil behind a valve, its two pressures as states.
+
+`EnclosedOil` is what it is behind a shut valve in statics, where its pressures follow its extension.
+"""
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,7 +21,7 @@ from flexmb.model.described import is_number
 from flexmb.model.signal import as_signal
 from flexmb.model.table import Table
 
-__all__ = ["HydraulicCylinder"]
+__all__ = ["EnclosedOil", "HydraulicCylinder"]
 
 ROW = np.dtype(
     [
@@ -37,6 +40,17 @@ ROW = np.dtype(
     ],
     align=True,
 )
+
+SHUT_ROW = np.dtype(
+    [
+        *((name, ROW.fields[name][0]) for name in ROW.names),  # type: ignore[index, union-attr]
+        ("oil", float, 2),  # m^3, of the oil of each chamber at the pressure 0
+    ],
+    align=True,
+)
+
+FAST = 1e9
+"""1/s, with which pressures follow: only the zero of their rates has a meaning, and a search moves parts slower."""
 
 
 @row_kernel
@@ -82,6 +96,35 @@ def apply(raw, data, state, work):
             add_tangent(row.x, work, gradient, force, 0.0, 0.0)
 
 
+@row_kernel
+def apply_shut(raw, data, state, work):
+    """F = A_a p_a - A_b p_b, p = E ln(V_oil/V), eq. (enclosed-oil); a leakage makes one chamber of two."""
+    rows = raw.view(SHUT_ROW)
+    gradient = np.empty(12)
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        x, _ = measure(row.x, state, work, gradient)
+        force = 0.0
+        for k in range(2):
+            p, area, oil = state_of(work, row.states, k), row.area[k], row.oil[k]
+            own = volume = row.volume[k] + area * x
+            growth = area
+            if row.leakage > 0.0:
+                oil += row.oil[1 - k]
+                volume += row.volume[1 - k] + row.area[1 - k] * x
+                growth += row.area[1 - k]
+            if own <= 0.0 or volume <= 0.0:
+                volume = np.nan  # beyond its end: the search goes back
+            add_rate(work, row.states, k, FAST * (row.bulk * np.log(oil / volume) - p))
+            force += area * p
+            work.energy[0].potential += 0.5 * p * p / row.bulk * own
+            if work.weights[0].wanted == 1:
+                add_state_tangent(row.pairs, work, gradient, k, area, -FAST * row.bulk * growth / volume, 0.0, -FAST)
+        act(row.x, work, gradient, force)
+        if work.weights[0].wanted == 1:
+            add_tangent(row.x, work, gradient, force, 0.0, 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class HydraulicCylinder(OnCoordinate):
     """Push with a cylinder of two chambers with compressible oil behind a valve of four ways, eq. (cylinder).
@@ -93,7 +136,9 @@ class HydraulicCylinder(OnCoordinate):
 
     The oil does not cavitate here: look whether pressures fall below -1e5 Pa. There are no ends of the stroke (use
     `BiStop`); where a chamber has no volume any more, the run ends. In statics an open valve sets the
-    pressures; behind a shut one they stay as they begin.
+    pressures. Behind one that is shut, a signal of time that is zero, the oil is a spring: where the search begins it
+    has the pressures of the start, and from there p = p_0 + E ln(V_0/V), eq. (enclosed-oil). With a leakage both
+    pressures are one.
 
     Parameters
     ----------
@@ -151,6 +196,11 @@ class HydraulicCylinder(OnCoordinate):
     freedom: str | None = None
 
     motion: ClassVar[str] = "slide"
+    without_value: ClassVar[str] = (
+        "The piston goes beyond its end, where a chamber has no volume: the pressures do not hold the loads. Let "
+        "statics find the pressures behind the shut valve (without hold_states), open the valve, correct pressures and "
+        "loads, or add a BiStop at the end of the stroke"
+    )
     table: ClassVar[Table] = Table("HydraulicCylinder", ROW, {"apply": apply})
 
     def __post_init__(self):
@@ -185,6 +235,18 @@ class HydraulicCylinder(OnCoordinate):
             )
         object.__setattr__(self, "valve", as_signal(self.valve, self.title, "valve"))
 
+    def in_statics(self, system, start, markers):
+        """Return the enclosed oil, if the valve is a signal of time and shut."""
+        if self.valve.follows or self.valve.sample(start.t)[0] != 0.0:
+            return self
+        coordinate, names = self.place(system.model)
+        a, b = (markers[system.marker_index[name]] for name in names)
+        way = b["r"] - a["r"]
+        x = np.linalg.norm(way) if coordinate.kind == "distance" else a["R"][:, "xyz".index(coordinate.axis)] @ way
+        fields_ = {f.name: getattr(self, f.name) for f in fields(self)}
+        pressures = tuple(map(float, start.u[system.state_slices[self.title][1]][:2]))
+        return EnclosedOil(**fields_ | {"pressures": pressures, "extension": float(x)})
+
     def record(self, compiler):
         """Return the row; ModelError if the piston is out of its cylinder as described."""
         x = self.coordinate_row(compiler, counts=False)
@@ -213,3 +275,25 @@ class HydraulicCylinder(OnCoordinate):
             "ports": (self.tank, self.supply),
             "flow": self.rated_flow / self.rated_drop**0.5,
         }
+
+
+@dataclass(frozen=True, eq=False)
+class EnclosedOil(HydraulicCylinder):
+    """A cylinder whose oil is shut in: the pressures are those to which the oil is pressed together.
+
+    Parameters
+    ----------
+    extension : float, m
+        Coordinate of the cylinder where its oil has the given `pressures`.
+    """
+
+    _: KW_ONLY
+    extension: float
+
+    table: ClassVar[Table] = Table("EnclosedOil", SHUT_ROW, {"apply": apply_shut})
+
+    def record(self, compiler):
+        """Return the row of the cylinder, with the oil of each chamber."""
+        row = super().record(compiler)
+        volume = np.array(row["volume"]) + np.array(row["area"]) * self.extension
+        return row | {"oil": tuple(volume * np.exp(np.array(self.pressures) / self.bulk))}

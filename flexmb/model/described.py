@@ -102,7 +102,7 @@ def _complaint(title: str, known: Mapping[str, inspect.Parameter], args, kwargs)
         return ModelError(
             part,
             found="1 value without a name" if len(args) == 1 else f"{len(args)} values without names",
-            expected=f"at most {len(places)} without a name ({', '.join(places)})" if places else "names for all values",
+            expected=f"at most {len(places)} without a name ({', '.join(places)})" if places else "a name for each",
             remedy=_named_remedy(named, args[len(places) :]),
         )
     given = {*places[: len(args)], *kwargs}

@@ -276,6 +276,8 @@ class Force(Part):
     """Does it add the flattening of that centre?"""
     lasting: ClassVar[bool] = False
     """Does it rule motions over many revolutions, in which the errors of steps add up (orbits)?"""
+    without_value: ClassVar[str] = ""
+    """What to do where its law has no value, beyond its range."""
     holds_turns: ClassVar[bool] = False
     """Can it hold its markers against turning?"""
     unseen: ClassVar[str] = ""

@@ -84,7 +84,7 @@ class LeftOutStiffness(GeometricStiffness):
     """Geometric stiffness that a reduction leaves out, on some soft shapes and the three turns of the body.
 
     The matrices are those of unit loads, as in `GeometricStiffness`; there is no preload. The first shapes have the
-    strain energy 1/2 at a coordinate of 1 (in a unit of energy of their own, so that only the units of the loads count):
+    strain energy 1/2 at a coordinate of 1, in a unit of energy of their own, so that only the units of the loads count:
     the eigenvalues of the sum of the matrices, each times its load, are relative changes of stiffness.
 
     ``turns`` (ni, 3, k): turn of each interface by the shapes, in body axes, in the unit of the last three coordinates.

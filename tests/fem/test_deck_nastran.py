@@ -644,7 +644,7 @@ def test_coupled_mass_of_rods_and_blanks_between_components(tmp_path):
 
 
 def test_factors_of_one_are_no_factors(tmp_path):
-    """PARAM, CK1 is 1 by default: written so it changes nothing; 0 leaves the matrix out, and an imaginary part damps."""
+    """PARAM, CK1 is 1 by default: written so it changes nothing; 0 leaves the matrix out, an imaginary part damps."""
     for value, told in (("1.", False), ("1.0,0.0", False), ("2.", True), ("0.", True), ("1.,.02", True)):
         with warnings.catch_warnings(record=True) as found:
             warnings.simplefilter("always")

@@ -1,8 +1,11 @@
 """A cylinder with oil and valve against closed forms (Merritt 1967) and a separate integration of its equations."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import flexmb as fmb
 from flexmb.errors import IntegrationError, ModelError
@@ -79,6 +82,48 @@ def test_shut_valve_is_a_spring():
     values = fmb.linearize(press(0.0, pressures=(6e6, 1e7))).eigenvalues
     spring = BULK * (A**2 / (DEAD + A * HALF) + B**2 / (DEAD + B * (STROKE - HALF)))
     assert values.imag.max() == pytest.approx(np.sqrt(spring / MASS), rel=1e-9)
+
+
+def loaded(force, **fields) -> fmb.Model:
+    """Return the mass on the rail, pushed against the cylinder by a force, N."""
+    model = press(fields.pop("valve", 0.0), fields.pop("markers", False), **{"pressures": (6e6, 1e7), **fields})
+    return replace(model, forces=[*model.forces, fmb.PointLoad("push", marker="b.center", force=(-force, 0, 0))])
+
+
+@pytest.mark.parametrize("markers", [False, True])
+@pytest.mark.parametrize("leakage", [0.0, 1e-12])
+def test_oil_behind_a_shut_valve_carries(markers, leakage):
+    """The oil is pressed together, p = p_0 + E ln(V_0/V); a leakage makes one room of both chambers."""
+    rooms = lambda x: np.array([DEAD + A * x, DEAD + B * (STROKE - x)])  # noqa: E731
+    first, load = np.array([6e6, 1e7]), 2e4
+
+    def pressures(x):
+        if leakage:
+            return np.full(2, BULK * np.log(np.sum(rooms(HALF) * np.exp(first / BULK)) / np.sum(rooms(x))))
+        return first - BULK * np.log(rooms(x) / rooms(HALF))
+
+    x = brentq(lambda x: pressures(x) @ (A, -B) - load, 0.1, 0.4, xtol=1e-14)
+    solution = fmb.statics(loaded(load, markers=markers, leakage=leakage))
+    assert solution["x"][-1] == pytest.approx(x, abs=1e-9)
+    assert (solution["a"][-1], solution["b"][-1]) == pytest.approx(tuple(pressures(x)), rel=1e-6)
+
+
+def test_a_run_from_the_equilibrium_on_oil_stays_there():
+    """The cylinder itself takes the pressures over; and the equilibrium from that equilibrium is the same."""
+    model = loaded(2e4)
+    still = fmb.statics(model)
+    run = fmb.simulate(model, 0.05, start="equilibrium", samples=6)
+    assert run["x"] == pytest.approx(np.full(6, still["x"][-1]), abs=1e-8)
+    assert fmb.statics(model, state=still)["x"][-1] == pytest.approx(still["x"][-1], abs=1e-9)
+
+
+def test_pressures_that_are_held_and_do_not_balance_are_told():
+    """No words about roots and logarithms, but what a cylinder needs."""
+    with pytest.raises(
+        IntegrationError, match=r"'ram'.*beyond its end.*pressures do not hold the loads.*BiStop"
+    ) as told:
+        fmb.statics(loaded(2e4), hold_states=True)
+    assert "logarithm" not in str(told.value)
 
 
 def test_poles_of_a_position_loop():

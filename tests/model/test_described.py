@@ -66,7 +66,7 @@ FIELDS = [
     (lambda: fmb.GeneralizedAlpha(rho_inf="0.8"), "rho_inf = '0.8'", "Use 0.8"),
     (lambda: fmb.GeneralizedAlpha(rho=0.8), "no field 'rho'", "rho_inf"),
     (lambda: fmb.Release("strut", 3, 4), "3 values without names", "Remove the others"),
-    (lambda: fmb.LoadSteps(24), "1 value without a name. Expected: names for all values", "Write steps=24"),
+    (lambda: fmb.LoadSteps(24), "1 value without a name. Expected: a name for each", "Write steps=24"),
     (lambda: fmb.Box((1, 1, 1), colour="red"), "there is no field 'colour'", "remove it"),
 ]
 VALUES = [

@@ -205,13 +205,12 @@ def test_other_units_and_axes():
 def bent(data, mirror=False, rotation=None):
     """Return the equilibrium of a rod that is clamped and pushed along and across, in axes of its own."""
     sign, turn = (-1.0 if mirror else 1.0), np.eye(3) if rotation is None else rotation
+    force, moment = turn @ (-60.0, 3.0 * sign, 2.0), turn @ (sign, 0.5, -sign)
     model = fmb.Model(
         bodies=[fmb.Ground(markers={"foot": fmb.Pose(at=turn @ (0.0, 0.0, 0.0), rotation=turn)})]
         + [fmb.FloatingBody("b", data=data, rotation=turn)],
         joints=[fmb.Fixed("hold", markers=("ground.foot", "b.a"))],
-        forces=[
-            fmb.PointLoad("press", marker="b.b", force=turn @ (-60.0, 3.0 * sign, 2.0), moment=turn @ (sign, 0.5, -sign))
-        ],
+        forces=[fmb.PointLoad("press", marker="b.b", force=force, moment=moment)],
     )
     return fmb.statics(model)
 

@@ -114,8 +114,7 @@ class Descent:
                 f"Model '{self.system.model.name}'",
                 found=f"the search for an equilibrium comes to where numbers end{cause}",
                 expected="equations and forces with a value all the way to the equilibrium",
-                remedy="Correct the equation, its numbers or the loads: there is no root or logarithm of what is not "
-                "positive; or begin nearer to the equilibrium",
+                remedy=_what_to_do(self.system.model, cause),
             )
         return bool(cause)
 
@@ -281,3 +280,16 @@ class Descent:
     @staticmethod
     def _greatest(x: np.ndarray) -> float:
         return float(np.max(np.abs(x), initial=0.0))
+
+
+def _what_to_do(model, cause: str) -> str:
+    """Return the remedy where numbers end because of an equation, or near a part."""
+    for force in model.forces:
+        if force.without_value and force.title in cause:
+            return force.without_value
+    if "equation" in cause:
+        return (
+            "Correct the equation, its numbers or the loads: there is no root or logarithm of what is not positive; or "
+            "begin nearer to the equilibrium"
+        )
+    return "Correct the forces on it, their functions or tables, or the loads; or begin nearer to the equilibrium"

@@ -16,6 +16,7 @@ from flexmb.integrate.linear.steady import unsteady_equation
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.runs.validity import in_equilibrium
 from flexmb.model.described import is_number
+from flexmb.model.kinds import Force
 from flexmb.model.model import Model
 from flexmb.results import SHARED, Phase, Solution, Status
 from flexmb.system import assemble, assemble_as_drawn
@@ -23,7 +24,7 @@ from flexmb.system import compile as compile_model
 from flexmb.system.given_state import given_state, refuse_states
 from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import shared_reactions
-from flexmb.system.program import increment
+from flexmb.system.program import evaluate, increment
 
 __all__ = ["equilibrium", "statics"]
 
@@ -149,9 +150,12 @@ def _descend(
     if state is not None:
         given = given_state(state, system, "statics")
         q, start.u[system.is_state] = given.q, given.u[system.is_state]
+    sought = system if hold_states else _in_statics(system, start, q)
+    if sought is not system:
+        work = sought.workspace()
     strikes = any(force.strikes for force in model.forces)
     for wary, smooth in ((True, False), (True, True), (False, True)) if strikes else ((False, True),):
-        iteration = Descent(system, start, work, t, q, at_rest=on_path, wary=wary, smooth=smooth, held=hold_states)
+        iteration = Descent(sought, start, work, t, q, at_rest=on_path, wary=wary, smooth=smooth, held=hold_states)
         if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
             iteration.share_multipliers()
             break
@@ -196,6 +200,17 @@ def _descend(
         leaves = unstable_motion(iteration.tangent, iteration.extent, iteration.largest / iteration.size)
         told = [] if leaves is None else [_unstable(system, *leaves)]
     return _watched(solution, told, look=watched)
+
+
+def _in_statics(system, start, q: np.ndarray):
+    """Return the system with what stands for its forces while an equilibrium is sought from a configuration."""
+    if all(type(force).in_statics is Force.in_statics for force in system.model.forces):
+        return system
+    work, now = system.workspace(), system.state(start.t, q, u=start.u, lam=start.lam)
+    evaluate(system.program, now, work)
+    forces = [force.in_statics(system, now, work.markers) for force in system.model.forces]
+    same = all(one is other for one, other in zip(forces, system.model.forces, strict=True))
+    return system if same else compile_model(replace(system.model, forces=forces))
 
 
 def _unstable(system, freedom: int, seconds: float) -> str:
