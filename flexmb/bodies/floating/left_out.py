@@ -11,7 +11,7 @@ from flexmb.math.rotations import euler_to_matrix
 __all__ = ["LeftOut"]
 
 ALIGNED = 1e-6
-"""Sine of the angle between directions that count as one."""
+"""Sine of the angle between directions that count as one; of the largest singular value."""
 
 
 class LeftOut:
@@ -63,7 +63,7 @@ class LeftOut:
             for equation, number, pair in holders:
                 held.append(_about(equation, number, *(work.markers[self.markers[name]]["R"] for name in pair)))
             s, axes = np.linalg.svd(np.concatenate(held) @ R)[1:] if sum(map(len, held)) else ((), np.eye(3))
-            some = axes[: np.count_nonzero(np.asarray(s) > ALIGNED)]
+            some = axes[: np.count_nonzero(np.asarray(s) > ALIGNED * max(s, default=0.0))]
             if len(some):
                 yield np.vstack([np.eye(soft), -some.T @ some @ turn])
 
