@@ -1,6 +1,6 @@
 """Draw the joints of the reference page: what builds the pages writes docs/images/joints/<Kind>.png.
 
-Grey is the body of marker a, blue that of marker b, red what is permitted (straight arrows: slides; round ones: turns).
+Grey is body a, blue body b, red what is permitted (straight arrows: slides; round ones: turns).
 The solids at the markers are those of the pictures of models; the arrows follow from what the joint permits.
 """
 

@@ -59,6 +59,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the triangles and quadrilaterals of the mesh are shells of this thickness, in m; GROUP=T, repeated, for "
         "the groups of the mesh",
     )
+    _add_points(parser)
+    _add_basis(parser)
+    parser.add_argument(
+        "--scale",
+        type=float,
+        default=1.0,
+        metavar="FACTOR",
+        help="metres per unit of the mesh: 0.001 for a mesh in mm",
+    )
+    parser.add_argument(
+        "--frame", default="buckens", help="buckens (default), or the interface that holds the body frame"
+    )
+    parser.add_argument("--geometric-stiffness", action="store_true", help="stiffening by loads and rotation")
+    parser.add_argument("--no-stress", action="store_true", help="leave out stress modes: a smaller file")
+    parser.add_argument("--no-report", action="store_true", help="do not write the report (.html, .json) beside it")
+    parser.add_argument("-o", "--out", metavar="FILE", help="file to write; default: <mesh>.h5")
+    parser.add_argument("--overwrite", action="store_true", help="replace the body that the file holds")
+
+
+def _add_points(parser: argparse.ArgumentParser) -> None:
+    """Add what says where the body is held, observed and loaded."""
     parser.add_argument(
         "--interface",
         action="append",
@@ -82,22 +103,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=SURFACE",
         help="load shape: unit pressure onto a named surface, against its outward normal",
     )
-    _add_basis(parser)
-    parser.add_argument(
-        "--scale",
-        type=float,
-        default=1.0,
-        metavar="FACTOR",
-        help="metres per unit of the mesh: 0.001 for a mesh in mm",
-    )
-    parser.add_argument(
-        "--frame", default="buckens", help="buckens (default), or the interface that holds the body frame"
-    )
-    parser.add_argument("--geometric-stiffness", action="store_true", help="stiffening by loads and rotation")
-    parser.add_argument("--no-stress", action="store_true", help="leave out stress modes: a smaller file")
-    parser.add_argument("--no-report", action="store_true", help="do not write the report (.html, .json) beside it")
-    parser.add_argument("-o", "--out", metavar="FILE", help="file to write; default: <mesh>.h5")
-    parser.add_argument("--overwrite", action="store_true", help="replace the body that the file holds")
 
 
 def _add_basis(parser: argparse.ArgumentParser) -> None:

@@ -16,7 +16,7 @@ __all__ = ["add_to_pair", "block_codes", "own_parts", "projected"]
 
 @kernel
 def own_parts(spans, numbers, markers, firsts):
-    """Write where the coordinates of each marker begin among those of all; return how many these are.
+    """Write where the coordinates of each marker begin; return how many there are of all.
 
     Markers of one group (`spans`) share theirs.
     """

@@ -4,7 +4,7 @@ The length L of the way and its gradient G by the displacements and rotations of
 wrenches ``-T G``, whose tangent is ``dT/dL G G^T + T dG``. Around a cylinder the way is a geodesic: unrolled, straight
 lines and helix are one straight line, so that its length is closed, eq. (wrapped-path). Where cylinders follow each
 other, the places X between them (`cylinders_in_a_row`) are nodes like the markers; they follow the markers, and
-``dX = -L_XX^-1 L_Xq dq`` makes the tangent that of the whole.
+``dX = -L_XX^-1 L_Xq dq`` gives the tangent of the whole.
 """
 
 from __future__ import annotations
@@ -318,7 +318,7 @@ def _angle_rate(work, c, moving, d):
 
 @inner_kernel
 def _speeds(row, state, work, places, pieces, count, more, v):
-    """Write the velocities of all nodes, those of places between cylinders without their motion along the line."""
+    """Write the velocities of all nodes; places between cylinders do not count their motion along the line."""
     n = row.n
     for k in range(n):
         v[k] = work.markers[row.markers[k]].v

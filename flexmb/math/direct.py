@@ -28,7 +28,7 @@ class _Direct:
         self._found: tuple[tuple[Any, ...], tuple[Any, ...], Callable[..., Any]] | None = None
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the kernel; directly if all structures are those of the call before, and the others of the same types.
+        """Call the kernel; directly if the structures are the same as before, and the others of the same types.
 
         Arrays beside structures must be contiguous and writable, as numba has seen them first.
         """

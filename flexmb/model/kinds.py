@@ -9,10 +9,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError, did_you_mean, listed
+from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.described import Described, check_flags, check_mapping, is_number
 from flexmb.model.measurement import Measurement, complaint_of
 from flexmb.model.modal_link import ModalLink
+from flexmb.model.part_names import marker_pair
 from flexmb.model.pose import Pose
 from flexmb.model.primitives import Equation, Freedom
 from flexmb.model.table import Compiler, Table
@@ -218,7 +219,7 @@ class Joint(Part):
 
     def __post_init__(self):
         super().__post_init__()
-        object.__setattr__(self, "markers", _marker_pair(self.markers, self.title))
+        object.__setattr__(self, "markers", marker_pair(self.markers, self.title))
 
     def check(self, model) -> None:
         """Raise ModelError if a marker does not exist or both are on one body."""
@@ -299,7 +300,7 @@ class Force(Part):
 
     def require_marker_pair(self) -> None:
         """Raise ModelError if the field `markers` is not a pair of names; store it as a tuple."""
-        object.__setattr__(self, "markers", _marker_pair(self.markers, self.title))  # type: ignore[attr-defined]
+        object.__setattr__(self, "markers", marker_pair(self.markers, self.title))  # type: ignore[attr-defined]
 
     def measure(self, model) -> str | None:
         """Return the marker at which `ForceOf` reports the wrench (the second one)."""
@@ -377,42 +378,3 @@ class Sensor(Part):
     def values(self, series) -> np.ndarray:
         """Return the quantity at every time of the `series` (see results), (nt,) or (nt, k)."""
         raise TypeError(f"{type(self).__name__} has no values")
-
-
-def _marker_pair(markers: Any, title: str) -> tuple[str, str]:
-    """Return two names of markers; ModelError unless it is two."""
-    if not isinstance(markers, tuple | list) or len(markers) != 2 or not all(isinstance(m, str) for m in markers):
-        raise ModelError(
-            title,
-            found=f"markers = {markers!r}",
-            expected="two names 'body.marker'",
-            remedy="Write markers=('ground.A', 'crank.A')",
-        )
-    return markers[0], markers[1]
-
-
-def check_names(parts, family: str) -> None:
-    """Raise ModelError if two parts of a family share a name."""
-    seen: set[str] = set()
-    for part in parts:
-        if part.name in seen:
-            raise ModelError(
-                f"{family} '{part.name}'",
-                found="the name is used twice",
-                expected=f"one {family.lower()} of each name",
-                remedy="Rename one of them",
-            )
-        seen.add(part.name)
-
-
-def find_part(name: str, parts: Mapping[str, Part], asker: str, family: str):
-    """Return the part called `name`; ModelError with the known names and the nearest one otherwise."""
-    if not isinstance(name, str) or name not in parts:
-        known = listed(name, sorted(parts))
-        raise ModelError(
-            asker,
-            found=f"{family} '{name}' does not exist",
-            expected=f"The model has: {known}",
-            remedy=did_you_mean(name, parts) or "Correct the name",
-        )
-    return parts[name]

@@ -174,7 +174,7 @@ class Pod(metaclass=Described):
         fe = framed.body.fe
         given = self.snapshots.on(fe) if isinstance(self.snapshots, Motion) else self.snapshots
         if len(given) != fe.ndof:
-            raise _wrong("Pod", f"snapshots of {len(given)} freedoms", f"{fe.ndof}, those of '{fe.name}'",
+            raise _wrong("Pod", f"snapshots of {len(given)} freedoms", f"{fe.ndof}, the freedoms of '{fe.name}'",
                          "Take the snapshots from the same FE model")  # fmt: skip
         moved = framed.elastic(_coupled(framed, given))
         work = moved.T @ (fe.K @ moved)

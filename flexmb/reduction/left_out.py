@@ -21,11 +21,11 @@ from flexmb.reduction.statics import HeldBody
 __all__ = ["left_out_stiffness"]
 
 SOFTEST = 12
-"""Shapes, those of the lowest frequencies: slender bodies buckle and stiffen in them."""
+"""Shapes of the lowest frequencies: slender bodies buckle and stiffen in them."""
 AT_ONCE = 24
-"""Loads whose forces and displacements are kept at once: those of 300 000 nodes take 29 MB each."""
+"""Loads whose forces and displacements are kept at once: for 300 000 nodes they take 29 MB each."""
 MOST = 240
-"""Loads that are looked at: those of some forty interfaces. The time grows with them; beyond, nothing is said."""
+"""Loads that are looked at: some forty interfaces. The time grows with them; beyond, nothing is said."""
 
 
 def left_out_stiffness(

@@ -95,7 +95,7 @@ class ModelCompiler:
                 found=f"a signal ({signal.word}) that follows measurements",
                 expected="a function of time",
                 remedy="Let an Actuator or a PointLoad follow it; a motion that depends on measured ones is a "
-                "Constraint, or that of a heavy body which an Actuator moves, passed on by a Coupler",
+                "Constraint, or the motion of a heavy body which an Actuator moves, passed on by a Coupler",
             )
         self.signals.append(signal)
         self.signal_titles.append(self.writing)

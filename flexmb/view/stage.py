@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexmb.io.cell_types import flat_cells
-from flexmb.io.scene import DrawnPart, Scene
+from flexmb.io.drawn_parts import DrawnPart
+from flexmb.io.scene import Scene
 from flexmb.view.viewpoint import viewpoint
 
 __all__ = ["VIEW_ANGLE", "Look", "Stage", "camera_position", "framed_points", "part_color"]

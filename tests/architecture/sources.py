@@ -58,11 +58,11 @@ class Source(NamedTuple):
     """What is asked of a file; its tree would take a hundred times the memory of all of this.
 
     imports   : (dotted module, line) of every import
-    functions : (name, first and last line) of every function
+    functions : (name, first and last line, number of lines of its docstring) of every function
     """
 
     imports: tuple[tuple[str, int], ...]
-    functions: tuple[tuple[str, int, int], ...]
+    functions: tuple[tuple[str, int, int, int], ...]
     docstring: str
 
 
@@ -70,12 +70,19 @@ def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
+def _docstring_lines(node: ast.FunctionDef) -> int:
+    first = node.body[0]
+    return (first.end_lineno or first.lineno) - first.lineno + 1 if ast.get_docstring(node) is not None else 0
+
+
 @cache
 def source(path: Path) -> Source:
     parsed = tree(path)
     nodes = list(ast.walk(parsed))
     functions = [
-        (node.name, node.lineno, node.end_lineno or node.lineno) for node in nodes if isinstance(node, ast.FunctionDef)
+        (node.name, node.lineno, node.end_lineno or node.lineno, _docstring_lines(node))
+        for node in nodes
+        if isinstance(node, ast.FunctionDef)
     ]
     return Source(tuple(_imports(path, nodes)), tuple(functions), ast.get_docstring(parsed) or "")
 

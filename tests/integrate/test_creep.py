@@ -76,8 +76,14 @@ def test_what_slides_and_swings_is_not_told():
         speed=2.0,
         slope=0.0,
     )
-    for model in (slides, swings):
-        assert not told(model, 3.0)[1]
+    slid, sentences = told(slides, 3.0)
+    assert not sentences
+    assert slid["x"][-1, 0] == pytest.approx(0.5 * G * (np.sin(SLOPE) - 0.1 * np.cos(SLOPE)) * 9.0, rel=1e-3)
+    swung, sentences = told(swings, 3.0, samples=301)
+    assert not sentences
+    # 1/2 k x^2 + mu m g x = 1/2 m v^2 at the first turn
+    first = (np.sqrt((0.02 * G) ** 2 + 100.0 * 4.0) - 0.02 * G) / 100.0
+    assert swung["x"][:, 0].max() == pytest.approx(first, rel=5e-3)
 
 
 def test_a_brake_that_turns_tells_radians():

@@ -98,11 +98,17 @@ def test_errors_that_add_up_are_told(integrator):
     [(fmb.Explicit(), 1.1), (fmb.Implicit(rtol=1e-10, atol=1e-12), 1.1), (fmb.GeneralizedAlpha(), 0.2)],
 )
 def test_what_stays_close_is_not_told(integrator, turns):
+    """And is right: Clohessy & Wiltshire's ellipse, x = 2 - cos(n t), y = 2 sin(n t) - 3 n t, which turns with n t."""
     free = fmb.Model(
         bodies=[fmb.Ground(), fmb.PointMass("a", mass=1.0, at=(1, 0, 0))],
         forces=[fmb.CentralGravity("pull", body="a")],
+        sensors=[fmb.Position("place", marker="a.center")],
         origin=ORBIT,
     )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        fmb.simulate(free, turns * ORBIT.period, samples=2, integrator=integrator)
+        run = fmb.simulate(free, turns * ORBIT.period, samples=2, integrator=integrator)
+    angle = 2.0 * np.pi * turns
+    c, s = np.cos(angle), np.sin(angle)
+    x, y = 2.0 - c, 2.0 * s - 3.0 * angle
+    np.testing.assert_allclose(run["place"][-1], (c * x - s * y, s * x + c * y, 0.0), atol=1e-3)

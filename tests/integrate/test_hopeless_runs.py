@@ -196,3 +196,4 @@ def test_what_is_only_quick_goes_on(monkeypatch):
     model = fmb.Model(bodies=[fmb.Ground(), stone], forces=[push], sensors=[fmb.Velocity("v", marker="stone.center")])
     run = fmb.simulate(model, 10.0, samples=11, integrator=fmb.GeneralizedAlpha(step=1e-3))
     assert run.status.ok
+    assert 1.0 - run["v"][-1, 0] / 1e7 == pytest.approx(5e-9, rel=1e-3)  # v' = -1e-9 v / 2 kg, for 10 s

@@ -113,7 +113,7 @@ class Stepper:
         return out
 
     def _first_forces(self) -> None:
-        """Find the forces at the start by a step that is not taken: a sample has those of the step that ends there."""
+        """Find the forces at the start by a step that is not taken: samples have the forces of the step before."""
         before = self.t, self.q, self.u, self.lam, self.works.copy(), dict(self.counts)
         if not self._step(self.settings.step):
             self.complaint = ""

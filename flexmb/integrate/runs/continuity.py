@@ -1,4 +1,4 @@
-"""Continuity across an event: positions do not jump, whatever the event changes."""
+"""Continuity across an event: positions do not jump, and states are known, whatever the event changes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 
-__all__ = ["require_continuity"]
+__all__ = ["require_continuity", "require_known_states"]
 
 JUMP = 1e-3
 """Relative to the model's size, or in rad: assembly closes smaller gaps, as in a drawing."""
@@ -47,3 +47,16 @@ def require_continuity(event, system, before: dict, after: np.ndarray) -> None:
             remedy="Let a drive or a length that is changed begin with the value that it has at the event: a ramp "
             "from there, or a table over time",
         )
+
+
+def require_known_states(event, before, after) -> None:
+    """Raise ModelError if a system `after` an event has states or held values that it had not `before`."""
+    known = {*before.state_slices, *(hold.title for hold in before.holds)}
+    for owner in (*after.state_slices, *(hold.title for hold in after.holds)):
+        if owner not in known:
+            raise ModelError(
+                owner,
+                found=f"states that are not known after {event.title}: the part that gave its name is gone",
+                expected="blocks with the same names before and after",
+                remedy="Give the block a name",
+            )

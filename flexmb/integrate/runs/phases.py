@@ -9,28 +9,25 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
-from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.added_error import started_again, tell_of
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after
 from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.coarse_contacts import CoarseContacts
-from flexmb.integrate.runs.continuity import require_continuity
+from flexmb.integrate.runs.continuity import require_continuity, require_known_states
 from flexmb.integrate.runs.counts import together
-from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.fastest import unchanged
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
-from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
+from flexmb.integrate.runs.kept_rows import KeptRows
 from flexmb.integrate.runs.marks import SAME, marks_to
 from flexmb.integrate.runs.memory import may_stop, memory_of, remember_again, rounding
 from flexmb.integrate.runs.outlook import Outlook
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
-from flexmb.integrate.runs.reasons import failed_with, missed_times
+from flexmb.integrate.runs.reasons import divided_steps, failed_with, missed_times
 from flexmb.integrate.runs.record import Recorder, joined_rows
 from flexmb.integrate.runs.unknown_value import unknown_on_the_way, unknown_value
 from flexmb.integrate.runs.validity import Validity
-from flexmb.integrate.runs.vanishing import Gradients
 from flexmb.integrate.runs.watch import LOOKS, Watch, carried, next_phase
 from flexmb.math.tables import State
 from flexmb.model.model import Model
@@ -84,16 +81,23 @@ class Phases:
         self.variables: Any = None
         self.validity = Validity(before)
         self.whole = whole
-        self.energy: EnergyWatch | None = None
-        self.gradients: Gradients | None = None
         self.jumps: list[PrescribedJump] = []
-        self.t = float(times[0])
+        self.kept = KeptRows(recorder, self.validity, times)
         self.recording = False
         self.interruption = Interruption(time_limit)
         self.passed: dict[str, float] = {}
         self.happened: list[tuple[str, float]] = []
         self.outlook = Outlook(float(times[0]), float(times[-1]))
         self.contacts = CoarseContacts(integrator)
+
+    @property
+    def t(self) -> float:
+        """The time, s, that has been reached."""
+        return self.kept.t
+
+    @t.setter
+    def t(self, t: float) -> None:
+        self.kept.t = t
 
     def run(self, model: Model, assembled: tuple[System, State], works=None, goes_on=None) -> Status:
         """Run all phases and return how the run ended.
@@ -156,15 +160,7 @@ class Phases:
                 return Status.finished(began)
             assembled = assemble(model, t=began, state=state)
             require_continuity(event, assembled[0], state, assembled[1].q)
-            known = {*system.state_slices, *(hold.title for hold in system.holds)}
-            for owner in (*assembled[0].state_slices, *(hold.title for hold in assembled[0].holds)):
-                if owner not in known:
-                    raise ModelError(
-                        owner,
-                        found=f"states that are not known after {event.title}: the part that gave its name is gone",
-                        expected="blocks with the same names before and after",
-                        remedy="Give the block a name",
-                    )
+            require_known_states(event, system, assembled[0])
 
     def _again_and_again(self, event, t: float, share: float = 1.0 / LOOKS) -> bool:
         """Has the event happened so often lately that hardly a share of the time of the run passes between?"""
@@ -189,27 +185,17 @@ class Phases:
     def _phase(self, model, system, start, works, goes_on):
         """Run one phase; return the status if the run ends in it, else (event, its rows, watch)."""
         work = system.workspace()
-        if late := jumps_at_once(system, self.t):
-            u = self._over_jump(system, work, start.q, start.u, self.t, self.t)
-            start = consistent_start(system, system.state(just_after(self.t), start.q, u), work)
-        if system.holds:
-            q = held_from(system, work, start.t, start.q, start.u)
-            start = consistent_start(system, system.state(start.t, q, start.u), work)
+        start, late = self._just_after_jumps(system, start, work)
         self._start(system, start, work)
-        self.energy = EnergyWatch(system, system.workspace())
+        self.kept.begin(system)
         self.outlook.new_phase()
-        self.gradients = Gradients(system)
         watch = Watch(model, system, self.integrator, work, self.passed)
         if goes_on is not None:
             watch.recall(goes_on)
             remember_again(self.integrator, system, self.variables, start, goes_on, late)
-        timed = sorted((e for e in model.events if e.sensor is None), key=lambda e: e.at)
-        due = timed[0] if timed and timed[0].at <= self.times[-1] else None
+        due = self._due(model)
         end = max(due.at, self.t) if due is not None else float(self.times[-1])
-        # 0.7 and 0.7000000000000001, an event and a sample, are one time: no step is that short
-        same = SAME * max(abs(self.t), abs(end))
-        times = self.times[(self.times > self.t + same) & (self.times < end - same)]
-        times = np.concatenate([[self.t], times, [end] if end > self.t + same else []])
+        times = self._times_until(end)
         self.validity.tell(missed_times(system, times))
         begun_at = self.t if goes_on is None else float(goes_on.t[0])
         longest = self.span / LOOKS if watch.events else None
@@ -218,7 +204,7 @@ class Phases:
         first, block, last_row, begun = 0, self._first_block(marks), None, -1
         try:
             while first < len(marks):
-                marks = self.gradients.resolved(marks, first, block)
+                marks = self.kept.gradients.resolved(marks, first, block)
                 anew = np.append(np.searchsorted(marks, breaks), len(marks))
                 last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
                 clock = time.perf_counter()
@@ -226,21 +212,12 @@ class Phases:
                     works, last_row = self._go_on(system, work, just_after(marks[first]), last_row, works)
                     begun = first
                 outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
-                self._require_half_turns(outcome.rows)
+                self.kept.require_half_turns(outcome.rows, getattr(self.variables, "switching", None))
                 rows = {**outcome.rows, "works": outcome.rows["works"] + works}
                 if (first in anew or (late and first == 0)) and len(rows["t"]):
                     rows["t"][0] = marks[first]  # the integrator began just after it
-                found = None
-                if watch.events and len(rows["t"]):
-                    looked = rows if last_row is None else joined_rows([last_row, rows])
-                    found = watch.first(looked, begins=last_row is None)
-                if found is not None:
-                    events, k = found
-                    event, after = events[0], _row(looked, k)
-                    if k > 0:
-                        event, after = watch.locate(events, _row(looked, k - 1), after)
-                    watch.happened(event, after)
-                    self._keep({name: x[: k if last_row is None else k - 1] for name, x in rows.items()}, times)
+                if found := self._first_event(watch, rows, last_row, times):
+                    event, after = found
                     if isinstance(event, Switching):
                         works, last_row = self._switched(event, after, system, work, times)
                         first = int(np.searchsorted(marks, self.t, side="right"))
@@ -253,7 +230,7 @@ class Phases:
                     known = rows if len(rows["t"]) else last_row
                     gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
                     unknown = self._unknown(system, start, known, outcome.reached, gone)
-                    ending = None if unknown or gone else self.gradients.ending(outcome)
+                    ending = None if unknown or gone else self.kept.gradients.ending(outcome)
                     return ending or failed_with(model, outcome, unknown, gone)
                 if len(rows["t"]):
                     last_row, first = _row(rows, -1), first + len(rows["t"])
@@ -276,6 +253,48 @@ class Phases:
             self._tell(system)
         return (due, last_row, watch) if due is not None else Status.finished(end)
 
+    def _first_event(self, watch, rows, before, times):
+        """Keep what comes until the first event in new rows, and return it with its row; None if nothing happens."""
+        if not watch.events or not len(rows["t"]):
+            return None
+        looked = rows if before is None else joined_rows([before, rows])
+        found = watch.first(looked, begins=before is None)
+        if found is None:
+            return None
+        events, k = found
+        event, after = events[0], _row(looked, k)
+        if k > 0:
+            event, after = watch.locate(events, _row(looked, k - 1), after)
+        watch.happened(event, after)
+        self._keep({name: x[: k if before is None else k - 1] for name, x in rows.items()}, times)
+        return event, after
+
+    def _keep(self, rows, times) -> None:
+        self.kept.keep(rows, times, getattr(self.variables, "switching", None))
+
+    def _just_after_jumps(self, system, start, work):
+        """Return the start of a phase behind the jumps of prescribed speeds there, with what is held, and if any is."""
+        late = jumps_at_once(system, self.t)
+        if late:
+            u = self._over_jump(system, work, start.q, start.u, self.t, self.t)
+            start = consistent_start(system, system.state(just_after(self.t), start.q, u), work)
+        if system.holds:
+            q = held_from(system, work, start.t, start.q, start.u)
+            start = consistent_start(system, system.state(start.t, q, start.u), work)
+        return start, late
+
+    def _due(self, model):
+        """Return the first event at a given time until the end of the run, or None."""
+        timed = sorted((e for e in model.events if e.sensor is None), key=lambda e: e.at)
+        return timed[0] if timed and timed[0].at <= self.times[-1] else None
+
+    def _times_until(self, end: float) -> np.ndarray:
+        """Return the times of the samples of a phase that begins now."""
+        # 0.7 and 0.7000000000000001, an event and a sample, are one time: no step is that short
+        same = SAME * max(abs(self.t), abs(end))
+        times = self.times[(self.times > self.t + same) & (self.times < end - same)]
+        return np.concatenate([[self.t], times, [end] if end > self.t + same else []])
+
     def _next_block(self, block: int, spent: float, most: int) -> int:
         """Return how many samples are asked for next; after Ctrl-C to the next one only."""
         longer = 0.0 if self.interruption.asked else min(4.0, CHUNK / max(spent, 1e-4))
@@ -283,7 +302,7 @@ class Phases:
 
     def _first_block(self, marks: np.ndarray) -> int:
         """Return how many samples are asked for first; what gradients do is looked at block by block."""
-        return len(marks) if self.whole and self.gradients is not None and not self.gradients.numbers else 1
+        return len(marks) if self.whole and self.kept.gradients is not None and not self.kept.gradients.numbers else 1
 
     def _unknown(self, system, start, known, reached: float, gone) -> str | None:
         """Return the sentence about what has no finite value, after the last sample that is known, if there is one."""
@@ -295,13 +314,14 @@ class Phases:
     def _tell(self, system) -> None:
         """Count what the integrator did in a phase, and give the warnings about it."""
         self._count(system)
-        if self.energy is not None:
+        if self.kept.energy is not None:
             steps = self.integrator.statistics(self.variables).get("steps", 0)
             chatters = chattering(system, getattr(self.variables, "switching", None), steps)
-            self.validity.tell([*self.energy.sentences(steps), *chatters])
-            self.validity.note(self.energy.notes(steps))
+            self.validity.tell([*self.kept.energy.sentences(steps), *chatters])
+            self.validity.note(self.kept.energy.notes(steps))
+        divided = divided_steps(self.integrator, self.statistics, self.t)
         coarse = self.contacts.sentences(self.t - float(self.times[0]))
-        self.validity.tell([*self._divided(), *sentences_about(self.jumps), *self.validity.creeps(), *coarse])
+        self.validity.tell([*divided, *sentences_about(self.jumps), *self.validity.creeps(), *coarse])
         tell_of(self.integrator, system, self.variables, self.statistics, self.validity)
 
     def _hold(self, now: float, row, system, work, works) -> None:
@@ -354,8 +374,8 @@ class Phases:
         """Return the velocities after a jump of the prescribed speeds between `left` and t; no position may jump."""
         u, jumps = speeds_after(system, work, q, u, t, left)
         self.jumps += jumps
-        if jumps and self.energy is not None:
-            self.energy.jumped = True
+        if jumps and self.kept.energy is not None:
+            self.kept.energy.jumped = True
         return u
 
     def _start(self, system, state, work) -> None:
@@ -366,68 +386,6 @@ class Phases:
         """Add the numbers of the integrator's run to the totals."""
         contacts = self.contacts.look(system, getattr(self.variables, "switching", None))
         self.statistics = together(self.statistics, {**self.integrator.statistics(self.variables), **contacts})
-
-    def _divided(self) -> list[str]:
-        """Return the sentence about steps of fixed size that could not be taken as they are."""
-        step = getattr(self.integrator, "step", None)
-        if getattr(self.integrator, "divides", False):
-            return []
-        count = sum(self.statistics.get(name, 0) for name in ("rejected by iteration", "cut at contacts"))
-        if step is None or not count:
-            return []
-        return [
-            f"{type(self.integrator).__name__}: steps of the given size, {step:g} s, were divided {count} times until "
-            f"t = {self.t:.6g} s, where the iteration did not converge or a contact would have been passed; expected: "
-            "steps of one size. Give a smaller step, or leave it out: the step then follows the error."
-        ]
-
-    def _keep(self, rows, times) -> None:
-        """Record the rows whose times are samples (others were only looked at for events)."""
-        # both increase: a search per row, where isin would sort all times of the run once per block
-        places = np.minimum(np.searchsorted(times, rows["t"]), len(times) - 1)
-        keep = times[places] == rows["t"]
-        kept = {name: x[keep] for name, x in rows.items()}
-        self._require_agreement(kept)
-        wrong = first_inversion(self.recorder.system, kept["q"])
-        if wrong is not None:
-            kept = {name: x[: wrong.sample + 1] for name, x in kept.items()}
-        if self.gradients is not None:
-            try:
-                self.gradients.look(rows)
-            except IntegrationError:
-                good = kept["t"] <= self.gradients.reached
-                self.recorder.add({name: x[good] for name, x in kept.items()})
-                self.t = self.gradients.reached
-                raise
-        self.recorder.add(kept)
-        self.validity.look(self.recorder.system, kept)
-        if self.energy is not None:
-            self.energy.look(kept, getattr(self.variables, "switching", None))
-        if wrong is not None:
-            self.t = float(kept["t"][-1])
-            raise IntegrationError(wrong.title, found=wrong.found, expected=EXPECTED, remedy=REMEDY)
-
-    def _require_half_turns(self, rows) -> None:
-        """Raise IntegrationError if a bushing has turned by half a turn, where its moment jumps to the other side."""
-        switching = getattr(self.variables, "switching", None)
-        if switching is not None and switching.limits[0].turned:
-            self.t = float(rows["t"][-1]) if len(rows["t"]) else self.t
-            raise IntegrationError(
-                self.recorder.system.switch_owners[switching.limits[0].turned - 1],
-                found="its markers have turned against each other by half a turn",
-                expected="less than half a turn, where its moment would jump to the opposite sign",
-                remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",
-            )
-
-    def _require_agreement(self, kept) -> None:
-        """Record what comes before equations contradict each other, and raise IntegrationError, if they do."""
-        apart = contradiction.first_contradiction(self.recorder.system, kept, float(np.ptp(self.times)))
-        if apart is not None:
-            self.t = float(kept["t"][apart.sample])
-            self.recorder.add({name: x[: apart.sample] for name, x in kept.items()})
-            raise IntegrationError(
-                apart.title, found=apart.found, expected=contradiction.EXPECTED, remedy=contradiction.REMEDY
-            )
 
 
 def _row(rows, k: int) -> dict[str, np.ndarray]:

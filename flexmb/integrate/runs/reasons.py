@@ -9,7 +9,7 @@ from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
 from flexmb.model.model import Model
 from flexmb.results import Status
 
-__all__ = ["failed_with", "missed_times"]
+__all__ = ["divided_steps", "failed_with", "missed_times"]
 
 
 def missed_times(system, times: np.ndarray) -> list[str]:
@@ -22,6 +22,19 @@ def missed_times(system, times: np.ndarray) -> list[str]:
         "its jumps and pulses; expected: times that can be found in advance, at which steps end. Steps may pass over "
         "a pulse: limit the integrator's step to the shortest pulse that matters, or give a shorter t_end."
         for title in titles
+    ]
+
+
+def divided_steps(integrator, statistics, t: float) -> list[str]:
+    """Return the sentence about steps of fixed size that could not be taken as they are, until `t`, s."""
+    step = getattr(integrator, "step", None)
+    count = sum(statistics.get(name, 0) for name in ("rejected by iteration", "cut at contacts"))
+    if step is None or not count or getattr(integrator, "divides", False):
+        return []
+    return [
+        f"{type(integrator).__name__}: steps of the given size, {step:g} s, were divided {count} times until "
+        f"t = {t:.6g} s, where the iteration did not converge or a contact would have been passed; expected: "
+        "steps of one size. Give a smaller step, or leave it out: the step then follows the error."
     ]
 
 
