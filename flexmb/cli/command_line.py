@@ -45,6 +45,8 @@ from flexmb.cli import (
     warm,
 )
 from flexmb.cli.reduction_lines import ReductionLines
+from flexmb.cli.remedies import in_files_and_options
+from flexmb.cli.written_files import add_overwrite, refuse_to_lose
 from flexmb.errors import FlexmbError, ModelError, caused_by_interrupt
 
 __all__ = ["VERBS", "main"]
@@ -73,7 +75,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         words = sys.argv[1:] if arguments is None else list(arguments)
         given = _parser(words).parse_args(words)
         command = f"flexmb {given.verb}"
+        warnings.showwarning.options = _options(command)  # type: ignore[attr-defined]
         _check_names(given)
+        refuse_to_lose(given)
         from flexmb.parts import watching  # numba comes with it, which nobody waits for who asks for help
 
         with watching(ReductionLines()):
@@ -81,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()  # here, where it can be said that the disk is full
         return code
     except FlexmbError as error:
-        print(f"{command}: {error}", file=sys.stderr)
+        print(f"{command}: {in_files_and_options(str(error), '--statics' in _options(command))}", file=sys.stderr)
         return FAILED
     except (KeyboardInterrupt, SystemError) as error:
         if not caused_by_interrupt(error):
@@ -196,10 +200,21 @@ def _shows_warnings():
     def show(message, category, filename, lineno, file=None, line=None) -> None:
         if str(message) not in seen:
             seen.add(str(message))
-            print(f"flexmb: warning: {message}", file=file or sys.stderr)
+            told = in_files_and_options(str(message), "--statics" in show.options)  # type: ignore[attr-defined]
+            print(f"flexmb: warning: {told}", file=file or sys.stderr)
 
     show.seen = seen  # type: ignore[attr-defined]  # a summary need not give them again
+    show.options = ()  # type: ignore[attr-defined]  # of the verb, once that is known
     return show
+
+
+def _options(command: str) -> tuple[str, ...]:
+    """Return the options of a verb, of which a remedy may speak."""
+    parser = argparse.ArgumentParser()
+    for verb in VERBS:
+        if command == f"flexmb {verb.NAME}":
+            verb.add_arguments(parser)
+    return tuple(parser._option_string_actions)
 
 
 def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
@@ -220,6 +235,7 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
         )
         if verb.NAME in words:
             verb.add_arguments(own)
+            add_overwrite(verb.NAME, own)
         own.set_defaults(execute=verb.execute)
     return parser
 

@@ -1,0 +1,66 @@
+"""What messages tell users of Python to write is told on the command line as options and tables of model files."""
+
+import re
+
+import pytest
+
+from flexmb.cli import main
+from flexmb.cli.remedies import in_files_and_options
+
+SAID = {
+    "Begin at one: about=fmb.statics(model)": 'Begin at one: start = "equilibrium" in the table [simulation]',
+    "Give the result of fmb.statics(model), or": 'Give start = "equilibrium" in the table [simulation], or',
+    "Write shape=fmb.Sphere(radius=0.1); Box": 'Write shape={ kind = "Sphere", radius = 0.1 }; Box',
+    "Write shape=fmb.Box(size=(0.4, 0.1, 0.1)), or": 'Write shape={ kind = "Box", size = [0.4, 0.1, 0.1] }, or',
+    "Write angle = fmb.ramp(rate=1.0), or": "Write angle = { ramp = { rate = 1.0 } }, or",
+    "Give a number, fmb.ramp(...) or fmb.table(..., of=fmb.ramp(...))": "Give a number, { ramp = { ... } } or "
+    "{ table = { ..., of = { ramp = { ... } } } }",
+    "Write 'top': fmb.Skin(..., faces=True), or": "Write 'top': { kind = \"Skin\", ..., faces = true }, or",
+    "Keep more modes: reduction.reduce(..., modes=...)": "Keep more modes: flexmb reduce ... --modes",
+    "Reduce it with geometric_stiffness=True (--geometric-stiffness): it": "Reduce it with --geometric-stiffness: it",
+    "See flexmb.check(model): a flat toggle": "See `flexmb check`: a flat toggle",
+    "Write 'ground.A', or (a) bracket": "Write 'ground.A', or (a) bracket",
+    "Write fmb.equations(model).in_euler_parameters()": "Write fmb.equations(model).in_euler_parameters()",
+    "an open fmb.ramp(rate=1": "an open fmb.ramp(rate=1",
+}  # fmt: skip
+
+PENDULUM = """
+gravity = [0, 0, -9.81]
+[[body]]
+kind = "Ground"
+markers = { pin = { at = [0, 0, 0], z = [0, 1, 0] } }
+[[body]]
+kind = "RigidBody"
+name = "arm"
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+at = [0.5, 0, 0]
+markers = { pin = { at = [-0.5, 0, 0], z = [0, 1, 0] } }
+[[joint]]
+kind = "Revolute"
+name = "pin"
+markers = ["ground.pin", "arm.pin"]
+"""
+
+
+@pytest.mark.parametrize("said", SAID)
+def test_words_of_python(said):
+    assert in_files_and_options(said) == SAID[said]
+
+
+def test_verbs_with_the_option_are_told_so():
+    told = in_files_and_options("Begin at one: about=fmb.statics(model)", statics=True)
+    assert told == 'Begin at one: --statics, or start = "equilibrium" in the table [simulation]'
+
+
+@pytest.mark.parametrize(("verb", "option"), [("check", False), ("modes", True)])
+def test_a_start_that_is_no_equilibrium(verb, option, tmp_path, monkeypatch, capsys):
+    """A pendulum that is let go: where it is told, the remedy is one of the terminal."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.toml").write_text(PENDULUM)
+    assert main([verb, "arm.toml"]) == 0
+    told = re.sub(r"\s+", " ", capsys.readouterr().err)
+    assert "accelerates with" in told
+    assert ("--statics, or start" in told) == option
+    assert 'start = "equilibrium" in the table [simulation]' in told
+    assert "fmb." not in told
