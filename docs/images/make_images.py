@@ -225,6 +225,7 @@ def spacecraft(path: Path) -> None:
     )
     over.grid(True, alpha=0.3)
     over.legend(fontsize=7, ncols=2, loc="lower left")
+    over.set_ylim(bottom=-750)  # the legend hides no line
     figure.savefig(path, dpi=120)
 
 

@@ -110,6 +110,12 @@ def test_settings_of_ida(settings, found):
     assert found in four_parts(caught.value)
 
 
+def test_steps_of_a_given_size_that_fail_ask_for_shorter_ones():
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(overstretched(), 1.0, samples=3, integrator=fmb.GeneralizedAlpha(step=0.01))
+    assert "give a shorter step than 0.01 s, or none" in four_parts(caught.value)
+
+
 def test_undamped_multipliers_are_refused():
     with pytest.raises(ModelError) as caught:
         fmb.simulate(overstretched(), 0.1, integrator=fmb.GeneralizedAlpha(rho_inf=1.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 from weakref import WeakKeyDictionary
 
@@ -335,7 +335,9 @@ class GeneralizedAlpha(metaclass=Described):
                 break
         rows = {name: array[: reached - first] for name, array in rows.items()}
         failure = "" if reason in (0, PAUSED) else self._reason(system, work, variables.own, reason)
-        return Outcome(rows=rows, failure=failure, reached=float(variables.own.run["t"][0]))
+        outcome = Outcome(rows=rows, failure=failure, reached=float(variables.own.run["t"][0]))
+        shorter = f"Look at the last samples; give a shorter step than {self.step} s, or none: rtol then chooses it"
+        return outcome if self.step is None else replace(outcome, remedy=shorter)
 
     @staticmethod
     def memory(variables: Motions) -> list[np.ndarray]:
