@@ -36,9 +36,11 @@ suppress_warnings = ["ref.python"]  # where a type is expected, the docstrings h
 
 
 def setup(app):
-    """Draw the joints, and write their entries, from what is registered."""
+    """Draw the joints, and write their entries, from what is registered; list the pages from their titles."""
     import draw_joints
     import joint_entries
+    import navigation
 
     app.connect("builder-inited", lambda app: draw_joints.draw())
     app.connect("source-read", joint_entries.fill)
+    app.connect("html-page-context", navigation.from_titles, priority=100)
