@@ -40,14 +40,17 @@ DENSE = 200
 
 
 def _least(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the x of least norm for which A x is closest to b, refined once with the rounding that it leaves."""
+    """Return the x of least norm for which A x is closest to b, refined once with the rounding that it leaves.
+
+    Columns of b have one factorisation: x has a column for each.
+    """
     if not A.size:
-        return np.zeros(A.shape[1])
+        return np.zeros(A.shape[1:] + b.shape[1:])
     U, s, Vt = svd(A, full_matrices=False)
     held = s > RANK * s[0]
-    U, s, Vt = U[:, held], s[held], Vt[held]
-    x = Vt.T @ ((U.T @ b) / s)
-    return x + Vt.T @ ((U.T @ (b - A @ x)) / s)
+    U, V = U[:, held], Vt[held].T / s[held]
+    x = V @ (U.T @ b)
+    return x + V @ (U.T @ (b - A @ x))
 
 
 def _multipliers(L: np.ndarray, load: np.ndarray, e: Equations) -> np.ndarray:
@@ -112,11 +115,12 @@ def _shared(e: Equations, lam: np.ndarray, a: np.ndarray) -> np.ndarray:
     found = np.zeros(len(of_lam))
     found[kept] = lam / of_lam[kept]
     L = e.L.toarray() * of_lam
+    own = L[:, e.dependent]
+    y = _least(L[:, kept], own)
+    fits = np.linalg.norm(own - L[:, kept] @ y, axis=0) <= FITS * np.linalg.norm(own, axis=0)
     stress = np.zeros((len(of_lam), len(e.dependent)))
-    for k, own in enumerate(e.dependent):
-        y = _least(L[:, kept], L[:, own])
-        if np.linalg.norm(L[:, own] - L[:, kept] @ y) <= FITS * np.linalg.norm(L[:, own]):
-            stress[kept, k], stress[own, k] = -y, 1.0
+    stress[kept] = np.where(fits, -y, 0.0)
+    stress[e.dependent, np.arange(len(e.dependent))] = fits
     return of_lam * (found - stress @ _least(stress, found))
 
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from flexmb.bodies import AncfBeam, AncfCable
 from flexmb.bodies.line.chains import line_chains
@@ -128,6 +127,8 @@ def _body(kind, name, points, size, fields, places):
 
 def _fraction(body, points, length, k: int) -> float:
     """Return the fraction of the body's length nearest to point k; the spline is a little longer than the lines."""
+    from scipy.optimize import minimize_scalar
+
     if k in (0, len(points) - 1):
         return 0.0 if k == 0 else 1.0
     near = length[[k - 1, k + 1]] / length[-1]

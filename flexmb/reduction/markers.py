@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.spatial import cKDTree
 
 from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
@@ -58,6 +57,8 @@ def station_motions(fe: FEModel, stations: Mapping[str, Any]) -> list[MarkerMoti
 
 
 def _station(fe: FEModel, name: str, where) -> MarkerMotion:
+    from scipy.spatial import cKDTree
+
     part = f"Station '{name}'"
     if is_point(where):
         points = points_of(where)
@@ -134,6 +135,8 @@ def _least_squares(fe: FEModel, nodes: np.ndarray, point: np.ndarray, weights: n
 
 def _surroundings(fe: FEModel, nearest: int) -> np.ndarray:
     """Nodes of the elements around a node, or the nearest nodes where the model has no elements."""
+    from scipy.spatial import cKDTree
+
     cells = [b.connectivity[np.any(b.connectivity == nearest, axis=1)].ravel() for b in fe.blocks]
     around = np.unique(np.concatenate([*cells, [nearest]]).astype(int))
     used = np.unique(fe.dofs[:, 0])
@@ -191,6 +194,8 @@ def _nearest_line(fe: FEModel, point: np.ndarray) -> tuple[int, int, float] | No
 
     None also where a node of other elements is nearer: a point on a skin does not belong to its stringer.
     """
+    from scipy.spatial import cKDTree
+
     best, found = (1.0 + 1e-9) * float(cKDTree(fe.nodes).query(point)[0]), None
     for block in fe.blocks:
         if not block.cell_type.startswith("line"):

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from flexmb.errors import MeshError
 from flexmb.math.triangles import centres_of_parts
@@ -49,6 +48,8 @@ class Meshed(Shape):
     @cached_property
     def convex(self) -> bool:  # type: ignore[override]
         """Does it fill its convex hull, up to 1e-9 of the volume?"""
+        from scipy.spatial import ConvexHull
+
         vertices, triangles = self._mesh
         a, b, c = (vertices[triangles[:, k]] for k in range(3))
         volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
@@ -145,6 +146,8 @@ class Hull(Meshed):
     points: Any
 
     def __post_init__(self):
+        from scipy.spatial import ConvexHull, QhullError
+
         title = "Shape Hull"
         points = finite_array(self.points)
         if points.ndim != 2 or points.shape[1:] != (3,) or not np.abs(points).max(initial=0.0) <= FARTHEST:

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial.distance import cdist
 
 from flexmb.errors import ModelError
 from flexmb.math.rotations import euler_to_matrix
@@ -229,7 +228,10 @@ def _diameter(r: np.ndarray) -> float:
     outward = np.linalg.norm(r - r.mean(axis=0), axis=1)
     largest = float(np.linalg.norm(r - r[np.argmax(outward)], axis=1).max())
     ends = r[outward >= largest * (1.0 - ROUNDED) - outward.max()]  # nearer to the middle, none is farther apart
-    return max(largest, *(float(cdist(ends[k : k + CHUNK], ends).max()) for k in range(0, len(ends), CHUNK)))
+    for k in range(0, len(ends), CHUNK):
+        squares = sum(np.subtract.outer(own, all_) ** 2 for own, all_ in zip(ends[k : k + CHUNK].T, ends.T))
+        largest = max(largest, float(np.sqrt(squares.max())))
+    return largest
 
 
 def warn_of_lost_digits(model, lengths: Lengths) -> None:

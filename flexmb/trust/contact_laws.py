@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import nnls
 
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes, move, to_body_axes, to_world_axes
 from flexmb.integrate.nonsmooth.points import Touching
@@ -222,6 +221,8 @@ def _rays(point, slip: np.ndarray, allowed: float) -> np.ndarray:
 
 def _left(system, wrenches, rays, places) -> float:
     """Return the largest part of the resultants that no sum of rays explains, relative to the largest."""
+    from scipy.optimize import nnls
+
     rows = {key: 6 * n for n, key in enumerate(wrenches)}
     expected = np.concatenate(list(wrenches.values()))
     lever = system.lengths.whole

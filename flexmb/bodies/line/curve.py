@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from flexmb.errors import ModelError
 from flexmb.model.described import finite_array
@@ -65,6 +64,8 @@ def curve_through(points, elements: int, title: str, *, tangents=None, closed: b
     closed : bool
         The curve returns to its first point, smoothly.
     """
+    from scipy.interpolate import CubicSpline
+
     p = checked_points(points, title)
     if closed:
         p = np.vstack([p, p[:1]])

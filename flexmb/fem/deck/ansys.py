@@ -6,7 +6,6 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.ansys_elements import Group, add_shells, add_solids, groups
@@ -74,6 +73,8 @@ def _refuse_single(archive: Archive) -> None:
 
 def _frames(archive: Archive) -> dict[int, np.ndarray]:
     """Return the nodal axes (3, 3), rows x y z: THXY about z, then THYZ about the new x, then THZX about the new y."""
+    from scipy.spatial.transform import Rotation
+
     turned = np.flatnonzero(archive.angles.any(axis=1))
     if not len(turned):
         return {}
@@ -83,6 +84,8 @@ def _frames(archive: Archive) -> dict[int, np.ndarray]:
 
 def _systems(archive: Archive) -> dict[int, System]:
     """Return the local systems: origin and angles, in one LOCAL command or in two of CDWRITE's form."""
+    from scipy.spatial.transform import Rotation
+
     kinds, origins, angles = {}, {}, {}
     for command in archive.commands:
         if command.name != "LOCAL":

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.spatial import cKDTree
 
 from flexmb.fem.deck.inventory import mass_and_center, numbers
 from flexmb.fem.fe_model import FEModel
@@ -132,6 +131,8 @@ def _parts(fe: FEModel) -> tuple[np.ndarray, ...]:
 
 def _coincident(fe: FEModel) -> tuple[np.ndarray, int]:
     """Return the pairs of nodes at one place that share no stiffness, and how many pairs do."""
+    from scipy.spatial import cKDTree
+
     own = np.unique(fe.dofs[:, 0])
     points = fe.nodes[own]
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0

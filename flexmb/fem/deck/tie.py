@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from flexmb.fem.deck.links import LinkRows
 
@@ -48,6 +47,8 @@ def tie_rows(
     hold in rigid rotations only where the faces turn (`turning`, shells): there
     ``u_node = sum N_i (u_i + t_i x g)`` and no node moves. Widest is the largest gap.
     """
+    from scipy.spatial import cKDTree
+
     link, far, moved, widest = LinkRows(name), 0, {}, 0.0
     every = np.where(faces >= 0, faces, faces[:, :1])
     centres = points[every[:, :3]].mean(axis=1)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from flexmb.errors import ModelError
 from flexmb.integrate.equilibria.statics import statics
@@ -75,6 +74,8 @@ def campbell(model: Callable[[float], Model], speeds, modes: int = 6) -> Campbel
                                np.linspace(0.0, 300.0, 31))
         diagram.critical(order=1)
     """
+    from scipy.optimize import linear_sum_assignment
+
     speeds = np.atleast_1d(np.asarray(speeds, float))
     if speeds.ndim != 1 or len(speeds) < 2 or np.any(np.diff(speeds) <= 0.0):
         raise ModelError(

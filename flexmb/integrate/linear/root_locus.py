@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq, linear_sum_assignment
 
 from flexmb.errors import ModelError
 from flexmb.integrate.linear.linearize import linearize
@@ -68,6 +67,7 @@ class RootLocus:
 
     def _limit(self, a: float, b: float, passes: bool, free: int) -> float:
         """Return where growth begins or ends between two values: where it passes zero, or leaves it."""
+        from scipy.optimize import brentq
 
         def growth(value: float) -> float:
             return _fastest(self._poles(value), free).real
@@ -107,6 +107,8 @@ def root_locus(model: Callable[[float], Model], values, about: Callable[[Model],
     ModelError
         Values that are no finite numbers; models with different numbers of poles.
     """
+    from scipy.optimize import linear_sum_assignment
+
     given = finite_array(values)
     if given.ndim != 1 or len(given) < 2 or not callable(model):
         raise ModelError(

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from flexmb.errors import IntegrationError
 from flexmb.integrate.runs.breaks import beside
@@ -117,6 +116,8 @@ class Watch:
 
     def _place(self, event, before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the row just past an event between two neighbouring rows: the step is computed again to its time."""
+        from scipy.optimize import brentq
+
         t0, t1 = float(before["t"][-1]), float(after["t"][-1])
         rows: dict[float, dict[str, np.ndarray]] = {t0: before, t1: after}
 
