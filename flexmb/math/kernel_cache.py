@@ -23,6 +23,7 @@ from types import FunctionType
 import numba
 from numba.core import config
 from numba.core.caching import _Cache
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 from numba.core.typing import Signature
 
@@ -80,7 +81,7 @@ class KernelCache(_Cache):
 
     def load_overload(self, sig, target_context):
         """Return what was compiled for these argument types, or None: here for this processor, or with the package."""
-        target_context.refresh()
+        rtsys.initialize(target_context)  # compiling makes the rest ready: types, operators and functions of numba
         if not self._enabled:
             return None
         paths = self._paths(sig, target_context)

@@ -313,3 +313,43 @@ def test_the_first_compilation_is_announced_once(monkeypatch, capsys):
     kernel_cache.announce_compiling()
     kernel_cache.announce_compiling()
     assert capsys.readouterr().err.count("flexmb: compiling kernels") == 1
+
+
+LOADED_FIRST = """
+import sys
+import numpy as np
+from numba.core.base import BaseContext
+from flexmb.math.kernel import kernel
+
+times, refresh = [], BaseContext.refresh
+BaseContext.refresh = lambda self: times.append(1) or refresh(self)
+
+@kernel
+def products(x):
+    return 2.0 * x + np.ones(len(x))
+
+@kernel
+def of_others(x):
+    return products(x)[1] + max(x[0], 2.0) ** 3
+
+found = products(np.array([1.0, 2.0]))
+print(sum(products.stats.cache_hits.values()), bool(times), *found)
+if len(sys.argv) > 1:
+    print(of_others(np.array([1.0, 2.0])), sum(of_others.stats.cache_hits.values()))
+"""
+
+
+def test_what_is_loaded_needs_no_compiler_and_what_is_compiled_later_finds_it(tmp_path):
+    """Three processes: one compiles; one only loads, and numba lists no types and operators for it; the third loads
+    first, then compiles. By hand: 2 x + 1 = (3, 5), 5 + 2^3 = 13."""
+    (tmp_path / "loaded_first.py").write_text(LOADED_FIRST)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "FLEXMB_QUIET": "1"}
+
+    def said(*arguments):
+        command = [sys.executable, str(tmp_path / "loaded_first.py"), *arguments]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.splitlines()
+
+    assert said() == ["0 True 3.0 5.0"]
+    assert said() == ["1 False 3.0 5.0"]
+    assert said("more") == ["1 False 3.0 5.0", "13.0 0"]
+    assert said("more") == ["1 False 3.0 5.0", "13.0 1"]
