@@ -223,3 +223,16 @@ def test_a_mirrored_body_under_mirrored_loads():
     assert share(bent(image, mirror=True)) == pytest.approx(share(bent(data)), rel=1e-6)
     turned = Rotation.from_rotvec((0.3, -0.8, 0.5)).as_matrix()
     assert share(bent(data, rotation=turned)) == pytest.approx(share(bent(data)), rel=1e-6)
+
+
+@pytest.mark.parametrize("geometric_stiffness", [False, True])
+@pytest.mark.parametrize("across", [0.0, 1e-3])
+def test_past_the_buckling_load_one_warning(geometric_stiffness, across, recwarn):
+    """Instability and large deformation are consequences, with other remedies: the load is told, and they with it."""
+    times = 6.0 if across == 0.0 else 1.5 if geometric_stiffness else 3.0
+    solution = column(rod(geometric_stiffness), times * np.pi**2 * EI / (4.0 * L**2), across)
+    (told,) = [str(w.message) for w in recwarn if w.category is fmb.ValidityWarning]
+    assert ("times the load under which" in told or "deforms by" in told) == geometric_stiffness
+    assert ("its reduction leaves out" in told) != geometric_stiffness
+    assert ("which is unstable" in told) == (across == 0.0)
+    assert solution.statistics["warnings"] == [told]

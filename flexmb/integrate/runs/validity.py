@@ -44,6 +44,8 @@ ADVICE = {
     ),
 }
 """Per measure: what is found, what is expected, what to do."""
+BUCKLED = {"load": 1.0, "left out": 10.0}
+"""Measures from which on a body has buckled: its load, or a change of stiffness as large as that, ten times a tenth."""
 
 
 class Validity:
@@ -76,6 +78,7 @@ class Validity:
         if system is not self._system:
             self._begin(system)
         self._creep.look(rows)
+        beyond: dict[str, dict[str, tuple[str, float, str]]] = {}
         for watch in self._watches:
             for title, measure, place, samples, values in watch.measure(rows, lambda k: self._evaluated(rows, k)):
                 k = int(np.argmax(values))
@@ -83,8 +86,18 @@ class Validity:
                 if values[k] > 1.0 >= known.get(measure, 0.0):
                     first = samples[np.flatnonzero(values > 1.0)[0]]
                     since = self._since.format(t=float(rows["t"][first]))
-                    self._warn(_sentence(title, measure, place, float(values[k]), since))
+                    beyond.setdefault(title, {})[measure] = place, float(values[k]), since
                 known[measure] = max(known.get(measure, 0.0), float(values[k]))
+        for title, found in beyond.items():
+            if self.buckles(title):
+                found.pop("deformation", None)  # a consequence, and its remedy would be another one
+            for measure, given in found.items():
+                self._warn(_sentence(title, measure, *given))
+
+    def buckles(self, title: str) -> bool:
+        """Does a body carry more than its buckling load, or loads that take its stiffness away?"""
+        known = self.largest.get(title, {})
+        return any(known.get(measure, 0.0) >= limit for measure, limit in BUCKLED.items())
 
     def share(self, joints: list[str]) -> None:
         """Keep the joints whose reactions are not unique in a phase, each with its equations."""
@@ -139,10 +152,15 @@ class Validity:
 
 
 def in_equilibrium(phase: Phase, since: str = "in equilibrium", told: Iterable[str] = ()) -> dict[str, Any]:
-    """Return the statistics of validity of equilibria, the samples of a phase; warn of what is told, too."""
-    validity = Validity(since=since)
-    validity.tell(list(told))
+    """Return the statistics of validity of equilibria, the samples of a phase.
+
+    What is told of their stability is warned of, too, unless its cause is: the body that moves buckles.
+    """
+    told = list(told)
+    validity = Validity(since=f"{since}, which is unstable" if told else since)
     validity.look(phase.system, {name: getattr(phase, name) for name in ("t", "q", "u", "a", "lam")})
+    buckled = [title for title in validity.largest if validity.buckles(title)]
+    validity.tell([sentence for sentence in told if not any(title in sentence for title in buckled)])
     return validity.statistics
 
 
