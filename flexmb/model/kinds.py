@@ -340,6 +340,11 @@ class Sensor(Part):
     known_later: ClassVar[str] = "it is computed from the samples of a run"
     """Why it cannot be measured while the motion is computed, if it cannot."""
 
+    def check(self, model) -> None:
+        """Raise ModelError if a marker that it reads does not exist."""
+        for marker in self.markers_read(model):
+            model.marker(marker, self.title)
+
     def columns(self, model) -> tuple[str, ...]:
         """Return the titles of the columns of the values, with units: ("fx [N]", ...)."""
         return self.titles

@@ -49,11 +49,6 @@ class AxisCosine(Sensor):
                 )
             object.__setattr__(self, field, value)
 
-    def check(self, model) -> None:
-        """Raise ModelError if a marker does not exist."""
-        for name in self.markers:
-            model.marker(name, self.title)
-
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the two markers."""
         return self.markers

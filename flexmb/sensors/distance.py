@@ -52,11 +52,6 @@ class Distance(Sensor):
             )
         object.__setattr__(self, "markers", tuple(self.markers))
 
-    def check(self, model) -> None:
-        """Raise ModelError if a marker does not exist."""
-        for name in self.markers:
-            model.marker(name, self.title)
-
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the two markers."""
         return self.markers

@@ -21,10 +21,6 @@ class MarkerSensor(Sensor):
     _: KW_ONLY
     marker: str
 
-    def check(self, model) -> None:
-        """Raise ModelError if the marker does not exist."""
-        model.marker(self.marker, self.title)
-
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the marker."""
         return (self.marker,)
@@ -57,12 +53,6 @@ class _Rate(MarkerSensor):
     """A velocity of a marker, its components in W or along the axes of a marker."""
 
     axes: str | None = None
-
-    def check(self, model) -> None:
-        """Raise ModelError if a marker does not exist."""
-        super().check(model)
-        if self.axes is not None:
-            model.marker(self.axes, self.title)
 
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the marker, and the marker of the axes."""

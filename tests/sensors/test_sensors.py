@@ -1,6 +1,6 @@
 """Sensors against a motion in closed form; their messages."""
 
-from dataclasses import replace
+from dataclasses import KW_ONLY, dataclass, replace
 
 import numpy as np
 import pytest
@@ -165,11 +165,32 @@ def test_momentum_of_a_floating_body_is_the_derivative_of_its_energy(solution):
     np.testing.assert_allclose(body.momentum(q, u[None])[0], (M @ u)[:6], rtol=1e-12)
 
 
+@dataclass(frozen=True, eq=False)
+class Height(Sensor):
+    """A kind of one's own, as short as contributors are told."""
+
+    _: KW_ONLY
+    marker: str
+
+    def markers_read(self, model):
+        return (self.marker,)
+
+    def values(self, series):
+        return series.marker(self.marker).r[:, 2]
+
+
 @pytest.mark.parametrize(
     ("sensor", "message"),
     [
         (sensors.Position("x", marker="rod.ende"), r"Sensor 'x': marker 'rod.ende' does not.*Did you mean 'rod.end'\?"),
         (sensors.Velocity("x", marker="rodd.end"), r"body 'rodd' does not exist.*Did you mean 'rod'\?"),
+        (sensors.Velocity("x", marker="rod.end", axes="rod.ends"), r"'rod.ends' does not.*Did you mean 'rod.end'"),
+        (sensors.Distance("x", markers=("rod.end", "rod.ende")), r"'rod.ende' does not.*Did you mean 'rod.end'"),
+        (
+            sensors.AxisCosine("x", markers=("rod.ende", "rod.end"), axes=("x", "y")),
+            r"'rod.ende' does not.*Did you mean 'rod.end'",
+        ),
+        (Height("x", marker="rod.ende"), r"Sensor 'x': marker 'rod.ende' does not.*Did you mean 'rod.end'"),
         (sensors.Reaction("x", joint="hing"), r"joint 'hing' does not exist.*Did you mean 'hinge'\?"),
         (sensors.ForceOf("x", force="push"), r"force 'push' does not exist"),
         (sensors.JointCoordinate("x", joint="hingee"), r"Did you mean 'hinge'\?"),
