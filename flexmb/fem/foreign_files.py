@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import string
 import warnings
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
@@ -13,13 +13,20 @@ from scipy import sparse
 
 from flexmb.errors import FlexmbError, MeshError
 from flexmb.fem.foreign_memory import memory_for
+from flexmb.found import no_file_because
 
-__all__ = ["read_market", "understood", "understood_matrix", "whole_numbers"]
+__all__ = ["read_market", "require_file", "understood", "understood_matrix", "whole_numbers"]
 
 FULL = (".op2",)
 """Matrices are made full while they are read; their rows are bounded instead."""
 _CHARACTERS = (string.digits + "+-.eE \t\r\n").encode()
 _FORMATS = (("coordinate", "array"), ("real", "integer", "double"), ("general", "symmetric"))
+
+
+def require_file(part: str, path: Path, expected: str, remedy: str, suffixes: Collection[str] = ()) -> None:
+    """Raise MeshError of the `part` unless a file is at `path`; `suffixes` are of files that may be meant instead."""
+    if (found := no_file_because(path, suffixes)) is not None:
+        raise MeshError(part, found=found.what, expected=expected, remedy=found.remedy or remedy)
 
 
 @contextmanager

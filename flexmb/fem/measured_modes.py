@@ -13,9 +13,9 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.fe_model import FEModel
+from flexmb.fem.foreign_files import require_file
 from flexmb.fem.meshes.universal_datasets import damaged, datasets
 from flexmb.fem.solve import Modes
-from flexmb.found import no_file_because
 
 __all__ = ["MeasuredModes", "modal_assurance", "read_measured_modes"]
 
@@ -62,9 +62,7 @@ def read_measured_modes(path: str | Path) -> MeasuredModes:
     """
     path = Path(path)
     part = f"Universal file '{path}'"
-    if (lacking := no_file_because(path, (".unv", ".uff"))) is not None:
-        remedy = lacking.remedy or "Check its name"
-        raise MeshError(part, found=lacking.what, expected="an existing file", remedy=remedy)
+    require_file(part, path, "an existing file", "Check its name", (".unv", ".uff"))
     modes, others = [], set()
     for number, lines in datasets(path, part):
         mode = _mode(part, lines) if number == 55 else None

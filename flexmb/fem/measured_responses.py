@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
+from flexmb.fem.foreign_files import require_file
 from flexmb.fem.meshes.universal_datasets import damaged, datasets
-from flexmb.found import no_file_because
 
 __all__ = ["MeasuredResponse", "read_measured_responses"]
 
@@ -70,9 +70,7 @@ def read_measured_responses(path: str | Path) -> tuple[MeasuredResponse, ...]:
     """
     path = Path(path)
     part = f"Universal file '{path}'"
-    if (lacking := no_file_because(path, (".unv", ".uff"))) is not None:
-        remedy = lacking.remedy or "Check its name"
-        raise MeshError(part, found=lacking.what, expected="an existing file", remedy=remedy)
+    require_file(part, path, "an existing file", "Check its name", (".unv", ".uff"))
     found, others = [], set()
     for number, lines in datasets(path, part):
         response = None

@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.foreign_files import understood
+from flexmb.fem.foreign_files import require_file, understood
 from flexmb.fem.matrices.nastran import nastran_cards, nastran_float
 from flexmb.fem.meshes.abaqus_cards import read_abaqus_cards
 from flexmb.fem.meshes.nastran_cards import read_nastran_cards
-from flexmb.found import no_file_because
 
 __all__ = ["NodeTable", "node_table"]
 
@@ -41,9 +40,7 @@ def node_table(source) -> NodeTable:
             )
         return NodeTable(np.arange(1, len(positions) + 1), positions)
     path = Path(source)
-    if (found := no_file_because(path)) is not None:
-        remedy = found.remedy or "Check the folder"
-        raise MeshError(f"Mesh file '{path}'", found=found.what, expected="a file", remedy=remedy)
+    require_file(f"Mesh file '{path}'", path, "a file", "Check the folder")
     read = _abaqus if path.suffix.lower() == ".inp" else _nastran
     with understood(f"Mesh file '{path}'", "a complete mesh of the matrices", "Write the mesh again", path):
         labels, positions, sets = read(path)

@@ -9,8 +9,7 @@ import numpy as np
 
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.announced import require_counts
-from flexmb.fem.foreign_files import understood, whole_numbers
-from flexmb.found import no_file_because
+from flexmb.fem.foreign_files import require_file, understood, whole_numbers
 
 __all__ = ["SurfaceTable", "read_surface", "read_triangles"]
 
@@ -64,9 +63,7 @@ def read_triangles(path: str | Path, scale: float = 1.0) -> tuple[np.ndarray, np
     """
     path = Path(path)
     part = f"Surface file '{path.name}'"
-    if (found := no_file_because(path)) is not None:
-        remedy = found.remedy or "Correct the path"
-        raise MeshError(part, found=found.what, expected=f"a file at {path}", remedy=remedy)
+    require_file(part, path, f"a file at {path}", "Correct the path")
     if path.suffix.lower() in (".glb", ".gltf"):
         with understood(part, "a scene that trimesh reads (pip install trimesh)", "Export .stl or .ply"):
             import trimesh

@@ -11,15 +11,13 @@ from typing import ClassVar
 import numpy as np
 
 from flexmb.forces.attraction import attract, falling
-from flexmb.forces.elastic_attraction import act_elastic, attracted_row, require_unstiffened
-from flexmb.forces.rows import require_center_of_mass
+from flexmb.forces.elastic_attraction import BodyAttraction, act_elastic, attracted_row
 from flexmb.math.harmonic_field import HIGHEST, point_field
 from flexmb.math.kepler import ELEMENTS, follow_orbit
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import matvec_t
-from flexmb.model.kinds import Force
 from flexmb.model.orbit import EARTH, elements_of
 from flexmb.model.table import Table
 
@@ -89,7 +87,7 @@ def apply(raw, data, state, work):
 
 
 @dataclass(frozen=True, eq=False)
-class CentralGravity(Force):
+class CentralGravity(BodyAttraction):
     """Attract a body to a centre, with the torque of the gradient and its force to second order.
 
     With `Model(origin=Orbit(...))` the orbit gives the centre, and the body gets the difference that the fall of
@@ -119,15 +117,6 @@ class CentralGravity(Force):
     def __post_init__(self):
         super().__post_init__()
         self.require_positive("mu")
-
-    def check(self, model) -> None:
-        """Raise ModelError unless the body has a centre of mass, and a centre of attraction is on the ground."""
-        require_center_of_mass(self, model, elastic=True)
-        require_unstiffened(self, model)
-
-    def measure(self, model) -> str | None:
-        """Return the centre of mass; the field over a reduced body has no place."""
-        return None if model.body(self.body).reduced is not None else f"{self.body}.center"
 
     def record(self, compiler):
         """Return the row."""

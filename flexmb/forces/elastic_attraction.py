@@ -19,12 +19,14 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.forces.attraction import inertia_of
+from flexmb.forces.rows import require_center_of_mass
 from flexmb.math.harmonic_field import fourth, hessian, third
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.tables import STIFF
 from flexmb.math.vectors import cross
+from flexmb.model.kinds import Force
 
-__all__ = ["act_elastic", "attract_elastic", "attracted_row", "require_unstiffened"]
+__all__ = ["BodyAttraction", "act_elastic", "attract_elastic", "attracted_row"]
 
 
 def moments_of(data) -> np.ndarray:
@@ -64,7 +66,7 @@ def _symmetric(J) -> np.ndarray:
     return 0.5 * (np.asarray(J) + np.swapaxes(np.asarray(J), -1, -2))
 
 
-def require_unstiffened(force, model) -> None:
+def _require_unstiffened(force, model) -> None:
     """Raise ModelError if inertia loads stiffen the body that a force attracts."""
     body = model.body(force.body)
     if body.reduced is not None and "inertia" in body.stiffening_groups and body.reduced.geometric is not None:
@@ -212,3 +214,18 @@ def act_elastic(row, data, P, uniform, falls, state, work):
                 work.S[start + j] -= weights.stiffness * K[i, j]
     if not falls:
         work.energy[0].potential += V
+
+
+class BodyAttraction(Force):
+    """A force on the mass of a body (field ``body``) by a centre: all of a rigid body, a point or a reduced body."""
+
+    body: str
+
+    def check(self, model) -> None:
+        """Raise ModelError unless the body has a centre of mass, and a centre of attraction is on the ground."""
+        require_center_of_mass(self, model, elastic=True)
+        _require_unstiffened(self, model)
+
+    def measure(self, model) -> str | None:
+        """Return the centre of mass; the field over a reduced body has no place."""
+        return None if model.body(self.body).reduced is not None else f"{self.body}.center"

@@ -12,15 +12,13 @@ from typing import ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.forces.elastic_attraction import act_elastic, attract_elastic, attracted_row, require_unstiffened
-from flexmb.forces.rows import require_center_of_mass
+from flexmb.forces.elastic_attraction import BodyAttraction, act_elastic, attract_elastic, attracted_row
 from flexmb.math.harmonic_field import HIGHEST, falling_oblate, oblate_field
 from flexmb.math.kepler import ELEMENTS, follow_orbit
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import cross, matvec, matvec_t
-from flexmb.model.kinds import Force
 from flexmb.model.orbit import EARTH, RADIUS, elements_of
 from flexmb.model.table import Table
 
@@ -110,7 +108,7 @@ def apply(raw, data, state, work):
 
 
 @dataclass(frozen=True, eq=False)
-class OblateGravity(Force):
+class OblateGravity(BodyAttraction):
     """Add the attraction of a central body's flattening (J2).
 
     A body of some size feels the gradient of the field too, its torque and its force to second order, as by
@@ -154,15 +152,6 @@ class OblateGravity(Force):
                 expected=f"at most {self.largest:.0e} m, as all places of a model",
                 remedy="Give the radius of the equator in m",
             )
-
-    def check(self, model) -> None:
-        """Raise ModelError unless the body has a centre of mass, and a centre of attraction is on the ground."""
-        require_center_of_mass(self, model, elastic=True)
-        require_unstiffened(self, model)
-
-    def measure(self, model) -> str | None:
-        """Return the centre of mass; the field over a reduced body has no place."""
-        return None if model.body(self.body).reduced is not None else f"{self.body}.center"
 
     def record(self, compiler):
         """Return the row."""

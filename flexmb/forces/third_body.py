@@ -12,15 +12,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.forces.attraction import attract, falling
-from flexmb.forces.elastic_attraction import act_elastic, attracted_row, require_unstiffened
-from flexmb.forces.rows import require_center_of_mass, store_three_signals
+from flexmb.forces.elastic_attraction import BodyAttraction, act_elastic, attracted_row
+from flexmb.forces.rows import store_three_signals
 from flexmb.math.harmonic_field import HIGHEST, point_field
 from flexmb.math.kepler import ELEMENTS, follow_orbit
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import matvec_t
-from flexmb.model.kinds import Force
 from flexmb.model.orbit import elements_of
 from flexmb.model.table import Table
 
@@ -91,7 +90,7 @@ def apply(raw, data, state, work):
 
 
 @dataclass(frozen=True, eq=False)
-class ThirdBody(Force):
+class ThirdBody(BodyAttraction):
     """Attract a body to another one that moves as given, less what that gives the central body.
 
     A body of some size feels the gradient of the field too, its torque and its force to second order, as by
@@ -123,18 +122,9 @@ class ThirdBody(Force):
         self.require_positive("mu")
         store_three_signals(self, "at")
 
-    def check(self, model) -> None:
-        """Raise ModelError unless the body has a centre of mass, and a centre of attraction is on the ground."""
-        require_center_of_mass(self, model, elastic=True)
-        require_unstiffened(self, model)
-
     def in_world_axes(self, model) -> str:
         """Return the name of the field that is given in the axes of W."""
         return "at"
-
-    def measure(self, model) -> str | None:
-        """Return the centre of mass; the field over a reduced body has no place."""
-        return None if model.body(self.body).reduced is not None else f"{self.body}.center"
 
     def record(self, compiler):
         """Return the row."""

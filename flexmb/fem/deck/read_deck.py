@@ -17,10 +17,10 @@ from flexmb.fem.deck.nastran import read_nastran_deck
 from flexmb.fem.deck.unit_doubts import doubt
 from flexmb.fem.deck.units import converted
 from flexmb.fem.fe_model import FEModel
+from flexmb.fem.foreign_files import require_file
 from flexmb.fem.shells.shell import check_side
 from flexmb.fem.solids.elements import HEX8_COMPATIBLE
 from flexmb.fem.told import keeping_warnings, tell
-from flexmb.found import no_file_because
 
 __all__ = ["DECK_READERS", "read_deck"]
 
@@ -92,13 +92,7 @@ def read_deck(
             remedy='Write fem.read_deck("wing.bdf")',
         )
     path = Path(path)
-    if (found := no_file_because(path, DECK_READERS)) is not None:
-        raise MeshError(
-            f"Deck '{path}'",
-            found=found.what,
-            expected="an existing deck",
-            remedy=found.remedy or f"The current folder is {Path.cwd()}",
-        )
+    require_file(f"Deck '{path}'", path, "an existing deck", f"The current folder is {Path.cwd()}", DECK_READERS)
     reader = DECK_READERS.get(path.suffix.lower())
     if reader is None:
         raise MeshError(

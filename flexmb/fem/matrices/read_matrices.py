@@ -13,7 +13,7 @@ from scipy import sparse
 from flexmb.errors import MeshError
 from flexmb.fem.announced import require_unpacked
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.foreign_files import read_market, understood, understood_matrix, whole_numbers
+from flexmb.fem.foreign_files import read_market, require_file, understood, understood_matrix, whole_numbers
 from flexmb.fem.matrices.abaqus import read_abaqus
 from flexmb.fem.matrices.calculix import read_calculix
 from flexmb.fem.matrices.from_matrices import from_matrices
@@ -23,7 +23,6 @@ from flexmb.fem.matrices.op2 import read_op2
 from flexmb.fem.matrices.op4 import read_op4
 from flexmb.fem.node_table import NodeTable, node_table
 from flexmb.files import replacing
-from flexmb.found import no_file_because
 
 __all__ = ["read_matrices", "write_matrices"]
 
@@ -67,9 +66,8 @@ def read_matrices(
     """
     path = Path(path)
     for kind, file in (("Matrix", path), ("Mass", mass)):
-        if file is not None and (found := no_file_because(Path(file))) is not None:
-            remedy = found.remedy or "Check the folder"
-            raise MeshError(f"{kind} file '{file}'", found=found.what, expected="a file", remedy=remedy)
+        if file is not None:
+            require_file(f"{kind} file '{file}'", Path(file), "a file", "Check the folder")
     matrices = _read(path, None if mass is None else Path(mass))
     table = _table(path, nodes, matrices)
     with understood(f"Matrix file '{path}'", "nodes and freedoms that fit each other", "Export the matrices again"):

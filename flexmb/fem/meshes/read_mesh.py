@@ -13,13 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from flexmb.errors import MeshError
-from flexmb.fem.foreign_files import understood
+from flexmb.fem.foreign_files import require_file, understood
 from flexmb.fem.meshes.groups import GroupedMesh, from_abaqus, from_gmsh, from_nastran, from_vtu, to_mesh
 from flexmb.fem.meshes.med import from_med
 from flexmb.fem.meshes.mesh import Mesh
 from flexmb.fem.meshes.universal_mesh import from_universal
 from flexmb.fem.told import keeping_warnings, tell
-from flexmb.found import no_file_because
 from flexmb.model.described import is_number
 
 __all__ = ["read_mesh"]
@@ -81,13 +80,7 @@ def read_mesh(path: str | Path, *, scale: float = 1.0) -> Mesh:
         )
     path = Path(path)
     part = f"Mesh file '{path}'"
-    if (found := no_file_because(path, READERS)) is not None:
-        raise MeshError(
-            part,
-            found=found.what,
-            expected="an existing mesh file",
-            remedy=found.remedy or f"The current folder is {Path.cwd()}",
-        )
+    require_file(part, path, "an existing mesh file", f"The current folder is {Path.cwd()}", READERS)
     if not is_number(scale) or scale <= 0.0:
         raise MeshError(
             part,

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.errors import IntegrationError
 from flexmb.integrate.runs.runaway import REMEDY as REMEDY_OF_RUNAWAY
 from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
 from flexmb.model.model import Model
 from flexmb.results import Status
 
-__all__ = ["divided_steps", "failed_with", "missed_times"]
+__all__ = ["divided_steps", "failed_with", "missed_times", "require_end"]
 
 
 def missed_times(system, times: np.ndarray) -> list[str]:
@@ -52,3 +53,15 @@ def failed_with(model: Model, outcome, unknown: str | None, gone: str | None = N
     if not told:
         return Status.failed(outcome.failure, outcome.remedy)
     return Status.failed(f"{'; '.join(told)}; {outcome.failure}", "Correct the function of the force")
+
+
+def require_end(status: Status, model: Model, solution) -> None:
+    """Raise IntegrationError, with what was computed, if a run has failed."""
+    if status.kind == "failed":
+        raise IntegrationError(
+            f"Model '{model.name}'",
+            found=status.message,
+            expected="a motion that the integrator can follow",
+            remedy=status.remedy,
+            solution=solution,
+        )

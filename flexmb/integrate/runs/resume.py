@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import IntegrationError, ModelError
+from flexmb.errors import ModelError
 from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.orbital import default_integrator, unless_stiff
 from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import lost_interrupts
 from flexmb.integrate.runs.phases import Phases
+from flexmb.integrate.runs.reasons import require_end
 from flexmb.integrate.runs.record import Recorder
 from flexmb.integrate.runs.simulate import sample_times
 from flexmb.integrate.runs.watch import carried, next_phase
@@ -108,14 +109,7 @@ def resume(
     counts = together({name: told_before[name] for name in phases.statistics if name in told_before}, phases.statistics)
     known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
     solution = recorder.solution(status, {**counts, **known})
-    if status.kind == "failed":
-        raise IntegrationError(
-            f"Model '{model.name}'",
-            found=status.message,
-            expected="a motion that the integrator can follow",
-            remedy=status.remedy,
-            solution=solution,
-        )
+    require_end(status, model, solution)
     return solution
 
 

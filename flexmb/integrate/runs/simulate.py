@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import IntegrationError, ModelError, did_you_mean
+from flexmb.errors import ModelError, did_you_mean
 from flexmb.integrate.equilibria.statics import equilibrium
 from flexmb.integrate.explicit.explicit import Explicit
 from flexmb.integrate.impulsive import require_method, rigid_contacts
@@ -20,6 +20,7 @@ from flexmb.integrate.oversights import oversights
 from flexmb.integrate.runs.interruption import lost_interrupts
 from flexmb.integrate.runs.phases import Phases
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
+from flexmb.integrate.runs.reasons import require_end
 from flexmb.integrate.runs.record import Recorder
 from flexmb.integrate.runs.watch import carried
 from flexmb.math.ahead import compile_ahead
@@ -260,12 +261,5 @@ def run_assembled(
         solution = recorder.solution(status, {**phases.statistics, **known})
     else:
         recorder.close()
-    if status.kind == "failed":
-        raise IntegrationError(
-            f"Model '{model.name}'",
-            found=status.message,
-            expected="a motion that the integrator can follow",
-            remedy=status.remedy,
-            solution=solution,
-        )
+    require_end(status, model, solution)
     return solution
