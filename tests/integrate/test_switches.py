@@ -140,3 +140,26 @@ def test_a_block_sticks_to_its_belt(integrator):
     exact = solve_ivp(rates, (0.0, 4.0), (0.0, 0.0), "Radau", t, rtol=1e-9, atol=1e-12, max_step=0.005).y
     solution = fmb.simulate(belt(), 4.0, samples=t, integrator=integrator)
     np.testing.assert_allclose(solution["r"][:, 0], exact[0], atol=1e-3)  # of 0.05 m
+
+
+def test_losses_at_an_undamped_stop_do_not_add_up():
+    """Thirty bounces of 1 kg at 1 m/s between stops of 10 kN/m, 0.1 m apart, beside their closed form.
+
+    At its plain tolerance `IDA` lost 1e-5 of the speed at each bounce: after thirty the place was off by 0.76 mm.
+    """
+    axis = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0), x=(0, 1, 0))
+    cart = fmb.RigidBody("cart", mass=1.0, inertia=(0.1, 0.1, 0.1), markers={"c": axis}, velocity=(1.0, 0, 0))
+    stop = fmb.BiStop("stop", joint="rail", travel=(-0.05, 0.05), stiffness=1e4, damping=0.0, depth=1e-3)
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"c": axis}), cart],
+        joints=[fmb.Prismatic("rail", markers=("ground.c", "cart.c"))],
+        forces=[stop],
+        gravity=(0, 0, 0),
+        sensors=[fmb.Position("x", marker="cart.center")],
+    )
+    run = fmb.simulate(model, 4.0, samples=401, integrator=fmb.IDA())
+    once = 0.1 + np.pi / 100.0  # free way at 1 m/s, and half a period of the contact
+    bounces, since = np.divmod(run.t + 0.05, once)
+    x = np.where(since < 0.1, since - 0.05, 0.05 + 0.01 * np.sin(100.0 * np.maximum(since - 0.1, 0.0)))
+    assert bounces[-1] == 30
+    np.testing.assert_allclose(run["x"][:, 0], (-1.0) ** bounces * x, atol=0.005 * 0.06)

@@ -56,6 +56,12 @@ FRICTION = 1e-3
 velocity that is large decide otherwise whether a body sticks."""
 
 
+TOUCHING = 0.1
+"""Tolerance where something may touch, as a part of the given one. Steps begin anew, at order one, at every begin of a
+contact, and what they lose there adds up: 1e-5 of the speed at each bounce of an undamped stop, which in thirty bounces
+are 1.3 % of the way to and fro, and 0.17 % so."""
+
+
 class _NotFinite(ArithmeticError):
     """The residual is not a number: IDA itself would continue silently."""
 
@@ -185,7 +191,7 @@ class Run:
             return Solver(
                 self.residual,
                 jacfn=self.jacobian,
-                rtol=min(settings.rtol * _closeness(self.system), finest),
+                rtol=min(settings.rtol * self._closeness(), finest),
                 atol=atol,
                 algebraic_idx=[*branches, *range(free, n - 3)],
                 max_order=settings.max_order,
@@ -194,6 +200,11 @@ class Run:
                 max_num_steps=settings.most_steps,
                 **options,
             )
+
+    def _closeness(self) -> float:
+        """Return the share of `rtol` that counts."""
+        touches = np.any(np.isin(self.switching.now[:, 0], (GAP, TURN_GAP, DISTANCE)))
+        return _closeness(self.system) * (TOUCHING if touches else 1.0)
 
     def residual(self, t, y, yp, res) -> None:
         """Callback of the solver."""

@@ -40,7 +40,8 @@ class AddedError:
     lost : bool
         It grew so much that it was not followed any further.
     blind : int
-        Steps in which something touched: what they add is not known.
+        Steps in which something touched: what they add is not known, nor what comes of it later. The distance that is
+        carried through a contact begins it anew after the run has left it.
     """
 
     share: float
@@ -53,8 +54,8 @@ class AddedError:
     blind: int
 
     def sentences(self, integrator: Any) -> list[str]:
-        """Return the warning, if the share is too large."""
-        if not self.share > SHARE:
+        """Return the warning, if the share is known and too large."""
+        if self.blind or not self.share > SHARE:
             return []
         less = (
             "a smaller step"
@@ -69,13 +70,18 @@ class AddedError:
             "that lets small disturbances grow has no course that holds for long: see flexmb.verify."
         ]
 
+    @property
+    def number(self) -> float | str:
+        """What stands in the statistics: the share, or that it is not known."""
+        return UNKNOWN if self.blind else self.share
+
     def notes(self) -> list[str]:
         """Return what the estimate leaves out."""
         if not self.blind:
             return []
         return [
-            "what the errors of steps add up to is not known where something touches; there the balance of energy "
-            "alone is watched. flexmb.verify compares with other runs"
+            "what the errors of steps add up to is not known where something touches, nor after it; from there on the "
+            "balance of energy alone is watched. flexmb.verify compares with other runs"
         ]
 
 
@@ -100,7 +106,7 @@ def tell_of(integrator: Any, system: Any, variables: Any, statistics: dict[str, 
             statistics[ADDED_UP] = UNKNOWN
             validity.note([TOO_LONG] if hasattr(integrator, "added_error") else [])
         return
-    if statistics.get(ADDED_UP) != UNKNOWN:
-        statistics[ADDED_UP] = max(error.share, statistics.get(ADDED_UP, 0.0))
+    before = statistics.get(ADDED_UP, 0.0)
+    statistics[ADDED_UP] = UNKNOWN if UNKNOWN in (before, error.number) else max(error.share, before)
     validity.tell(error.sentences(integrator))
     validity.note(error.notes())

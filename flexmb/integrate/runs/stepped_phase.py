@@ -309,7 +309,7 @@ class SteppedPhase:
     def statistics(self) -> dict[str, Any]:
         """Return the numbers of the integrator since it began."""
         error = told_of(self.integrator, self.system, self.variables)
-        added = {} if error is None else {ADDED_UP: error.share}
+        added = {} if error is None else {ADDED_UP: error.number}
         self._look_at_contacts()
         return {**self.integrator.statistics(self.variables), **added, **self.contact_counts}
 
