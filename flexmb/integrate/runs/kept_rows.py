@@ -9,6 +9,7 @@ from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
 from flexmb.integrate.runs.record import Recorder
+from flexmb.integrate.runs.sunk_surfaces import SunkSurfaces
 from flexmb.integrate.runs.validity import Validity
 from flexmb.integrate.runs.vanishing import Gradients
 
@@ -23,6 +24,7 @@ class KeptRows:
         self.t, self.duration = float(times[0]), float(np.ptp(times))
         self.energy: EnergyWatch | None = None
         self.gradients: Gradients | None = None
+        self.sunk = SunkSurfaces()
 
     def begin(self, system) -> None:
         """Begin with the rows of a phase."""
@@ -55,6 +57,7 @@ class KeptRows:
                 raise
         self.recorder.add(kept)
         self.validity.look(self.recorder.system, kept)
+        self.validity.tell(self.sunk.look(self.recorder.system, switching))
         if self.energy is not None:
             self.energy.look(kept, switching)
         if wrong is not None:

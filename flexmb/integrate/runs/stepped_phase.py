@@ -26,6 +26,7 @@ from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_abo
 from flexmb.integrate.runs.reading import Readings
 from flexmb.integrate.runs.reasons import failed_with
 from flexmb.integrate.runs.record import joined_rows
+from flexmb.integrate.runs.sunk_surfaces import SunkSurfaces
 from flexmb.integrate.runs.unknown_value import unknown_on_the_way, unknown_value
 from flexmb.integrate.runs.vanishing import Gradients
 from flexmb.integrate.runs.watch import Watch, carried, next_phase
@@ -67,6 +68,7 @@ class SteppedPhase:
         self.jumped = False
         self.jumps: list[PrescribedJump] = []
         self.contacts, self.contact_counts = CoarseContacts(integrator), {}
+        self.sunk = SunkSurfaces()
 
     @property
     def t(self) -> float:
@@ -332,6 +334,7 @@ class SteppedPhase:
             validity.tell(sentences)
         chatters = chattering(self.system, getattr(self.variables, "switching", None), steps)
         validity.tell([*self.energy.sentences(steps), *sentences_about(self.jumps), *chatters])
+        validity.tell(self.sunk.look(self.system, getattr(self.variables, "switching", None)))
         validity.tell(self.contacts.sentences(self.t - float(self.rows[0]["t"][0])))
         validity.note(self.energy.notes(steps))
 
