@@ -25,7 +25,7 @@ class _Direct:
 
     def __init__(self, kernel: Any):
         self._kernel = kernel
-        self._found: tuple[tuple[Any, ...], tuple[Any, ...], Callable[..., Any]] | None = None
+        self._found: tuple[Callable[..., Any], tuple[type, ...], tuple[Any, ...], tuple[Any, ...]] | None = None
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the kernel; directly if the structures are the same as before, and the others of the same types.
@@ -34,16 +34,14 @@ class _Direct:
         """
         found = self._found  # one read: other threads may replace it
         if found is not None:
-            kept, kinds, entry = found
-            same = len(kept) == len(arguments)
-            for one, before, kind in zip(arguments, kept, kinds):
-                same = same and (one is before if kind is None else type(one) is kind and _alike(one, before))
-            if same:
+            entry, kinds, structures, arrays = found
+            if tuple(map(type, arguments)) == kinds and _alike(arguments, structures, arrays):
                 return entry(*arguments)
         returned = self._kernel(*arguments)
         entry = self._kernel.get_overload(tuple(typeof(one) for one in arguments))
-        kinds = tuple(None if _holds_arrays(one) else type(one) for one in arguments)
-        self._found = tuple(_kept(one) for one in arguments), kinds, entry
+        structures = tuple((k, one) for k, one in enumerate(arguments) if _holds_arrays(one))
+        arrays = tuple((k, one.dtype, one.ndim) for k, one in enumerate(arguments) if isinstance(one, np.ndarray))
+        self._found = entry, tuple(map(type, arguments)), structures, arrays
         return returned
 
 
@@ -52,16 +50,15 @@ def _holds_arrays(one: Any) -> bool:
     return isinstance(one, tuple) and any(isinstance(part, (tuple, np.ndarray)) for part in one)
 
 
-def _kept(one: Any) -> Any:
-    """Return an argument to compare others with: of an array its type alone, as the samples of a run may be large."""
-    return np.empty((0,) * one.ndim, one.dtype) if isinstance(one, np.ndarray) else one
-
-
-def _alike(one: Any, before: Any) -> bool:
-    """Has an argument beside the structures the type of the one before to numba?"""
-    if isinstance(one, np.ndarray):
-        flags = one.flags
-        return one.dtype is before.dtype and one.ndim == before.ndim and flags.c_contiguous and flags.writeable
+def _alike(arguments: tuple[Any, ...], structures: tuple[Any, ...], arrays: tuple[Any, ...]) -> bool:
+    """Are structures those of the call before, and arrays beside them of the same types to numba?"""
+    for k, before in structures:
+        if arguments[k] is not before:
+            return False
+    for k, dtype, ndim in arrays:
+        one = arguments[k]
+        if one.dtype is not dtype or one.ndim != ndim or not one.flags.carray:
+            return False
     return True
 
 

@@ -28,6 +28,8 @@ __all__ = [
 
 def is_number(value: Any) -> bool:
     """Is it one finite real number? Booleans do not count."""
+    if type(value) is float:
+        return math.isfinite(value)
     real = isinstance(value, int | float | np.number) and not isinstance(value, bool | np.complexfloating)
     try:
         return real and math.isfinite(value)

@@ -18,6 +18,7 @@ from flexmb.integrate.motion import run_samples
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience
 from flexmb.integrate.runs.switching import PassedOver, new_switching
+from flexmb.math.direct import direct
 from flexmb.math.structures import counted
 from flexmb.system.branches import branch_rates
 from flexmb.system.complaints import without_value
@@ -105,7 +106,7 @@ class CompiledRun:
 
     def _found(self, t: float, stage: int) -> bool:
         """Write the rates of steps.y1 to steps.K[stage]; return if they are numbers, and settled."""
-        return bool(ask(self.system.program, self.work, self.tree, self.steps, t, stage))
+        return bool(direct(self, ask)(self.system.program, self.work, self.tree, self.steps, t, stage))
 
     def _first_step(self) -> float:
         """Return the first step size, by the rates at the start and a little later (Hairer, Nørsett & Wanner, II.4)."""
@@ -201,7 +202,8 @@ class CompiledRun:
         reason = PAUSED
         while reason == PAUSED:
             most = self.settings.most_steps - (int(s.run[0].steps) - self.begun)
-            reason = run_to(self.system.program, self.work, self.tree, s, self.switching, t, most, pace.steps())
+            parts = self.system.program, self.work, self.tree, s, self.switching
+            reason = direct(self, run_to)(*parts, t, most, pace.steps())
             if pace.used_up:
                 break
         return reason
@@ -228,7 +230,7 @@ class CompiledRun:
         while reason == PAUSED:
             rest = [array[reached - first :] for array in rows.values()]
             most, trials, redundant = self.settings.most_steps, pace.steps(), int(bool(system.redundant))
-            reached, reason, self.goal, self.begun = run_through(
+            reached, reason, self.goal, self.begun = direct(self, run_through)(
                 system.program,
                 self.motion.work,
                 self.tree,

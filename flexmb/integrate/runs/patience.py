@@ -12,8 +12,9 @@ PAUSED = -1
 """What a compiled loop returns when it has used up its steps."""
 SLICE = 0.1
 """s: length of a call of a compiled loop that is aimed at."""
-ROUNDINGS, UNCUT = 4.0, 1e4
-"""A step is no shorter than so many roundings of the time; below so many of such steps it is not cut at contacts."""
+ROUNDINGS, UNCUT = 4.0 * float(np.finfo(float).eps), 1e4
+"""A step is no shorter than this part of the time, four roundings; below so many of such steps it is not cut at
+contacts."""
 ENDLESS, MOST = np.iinfo(np.int64).max, 10**9
 
 
@@ -53,4 +54,4 @@ def smallest_step(t: float, goal: float) -> float:
 
     Added to such a time, a shorter one would not move it, and steps would be taken for ever.
     """
-    return ROUNDINGS * np.finfo(float).eps * max(abs(t), abs(goal))
+    return ROUNDINGS * max(abs(t), abs(goal))

@@ -21,7 +21,7 @@ from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
-from flexmb.integrate.runs.inversion import first_inversion
+from flexmb.integrate.runs.inversion import first_inversion, may_invert
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.reading import Readings
 from flexmb.integrate.runs.reasons import failed_with
@@ -62,6 +62,9 @@ class SteppedPhase:
         self.energy = EnergyWatch(system, system.workspace())
         self.watch = Watch(model, system, integrator, self.work, passed)
         self.ended = "finished"
+        self.timed = [event for event in model.events if event.sensor is None]
+        self.may_invert = may_invert(model)
+        self._first_places = np.array([places[0] for places in system.inputs.values()], int)
         self._readings: Readings | None = None
         self._looking: Any = None
         self._gradients = Gradients(system)
@@ -103,8 +106,7 @@ class SteppedPhase:
             self._begin_anew(self.t)
         elif self.jumped:
             self._jump()
-        timed = [e for e in self.model.events if e.sensor is None and e.at <= goal]
-        due = min(timed, key=lambda e: e.at) if timed else None
+        due = min((e for e in self.timed if e.at <= goal), key=lambda e: e.at, default=None) if self.timed else None
         end = goal if due is None else max(due.at, self.t)
         marks, anew = self._marks(end)
         for mark in marks[1:]:
@@ -124,8 +126,9 @@ class SteppedPhase:
         """Return the present time, `end`, and the times between at which signals are not smooth; those at which to
         begin anew.
         """
-        times = np.array([self.t, end]) if end > self.t else np.array([self.t])
-        known = self.system.signal_times.between(float(self.t), max(self.planned, end))
+        begin = self.t
+        times = np.array([begin, end]) if end > begin else np.array([begin])
+        known = self.system.signal_times.between(begin, max(self.planned, end))
         anew = np.empty(0)
         if len(times) > 1 and (len(known.breaks) or len(known.fine)):
             times, anew = with_breaks(self.system, times, getattr(self.integrator, "remembers", False))
@@ -133,8 +136,10 @@ class SteppedPhase:
         if self.watch.events and len(times) > 1:
             parts = [np.linspace(a, b, LOOKS + 1)[:-1] for a, b in pairwise(times)]
             times = np.concatenate([*parts, times[-1:]])
-        self._gradients.look(self.last)
-        return self._gradients.resolved(times, 1, len(times)), anew
+        if self._gradients.numbers:
+            self._gradients.look(self.last)
+            times = self._gradients.resolved(times, 1, len(times))
+        return times, anew
 
     def _to(self, mark: float):
         """Integrate to a time; return (event, row just past it) if one happens before."""
@@ -181,10 +186,12 @@ class SteppedPhase:
                 remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",
             )
         self._gradients.look(row)
-        wrong = first_inversion(self.system, row["q"])
+        wrong = first_inversion(self.system, row["q"]) if self.may_invert else None
         if wrong is not None:
             raise IntegrationError(wrong.title, found=wrong.found, expected=inversion.EXPECTED, remedy=inversion.REMEDY)
-        if self._looking is None and self.system.redundant:
+        if not self.system.redundant:
+            return
+        if self._looking is None:
             self._looking = Scratch.of(self.system)
         apart = first_contradiction(self.system, row, self.planned, self._looking)
         if apart is not None:
@@ -238,7 +245,7 @@ class SteppedPhase:
         self.begin(consistent_start(self.system, self.system.state(t, q, u), self.work))
 
     def _kept(self) -> None:
-        given = list(self.inputs.values())
+        given = self.system.program.signals.args[self._first_places].tolist()
         if self.keep:
             self.rows.append(self.last)
             self.given.append(given)
