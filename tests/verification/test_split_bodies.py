@@ -3,6 +3,8 @@
 Each part deforms little in its own frame, so what one body cannot describe comes out right with some parts.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 from verification.fast_spin_up import LENGTH as SPAN
@@ -15,6 +17,7 @@ from flexmb import fem, reduction
 LENGTH, EI = 2.0, 50.0
 
 
+@cache
 def beam(parts, length=LENGTH, EA=1e6 * EI / LENGTH**2, bending=EI, flap=EI, rhoA=1.0, modes=4):
     """Return the bodies of a clamped beam and the joints between them."""
     fe = slender(length, EA, bending, flap, rhoA, elements=48)
