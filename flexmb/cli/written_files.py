@@ -77,7 +77,7 @@ def _look(given: argparse.Namespace, path: Path, asked: bool, written: Written) 
     foreign = _is_used(given, path)
     if asked:
         foreign |= path.suffix.lower() not in written.endings
-        foreign |= given.verb == "reduce" or _begins(path, ARRAYS)
+        foreign |= given.verb != "reduce" and _begins(path, ARRAYS)  # its own bodies it refuses in words of its own
     if foreign:
         kind = " or ".join(written.endings)
         raise ModelError(
