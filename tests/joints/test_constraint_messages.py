@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 import flexmb as fmb
@@ -94,7 +95,9 @@ def test_an_equation_in_time_that_ends_on_the_way_is_named(integrator):
     assert "Joint 'c0': its equation 'Formula' with its two rates is [" in text
     assert "from t = 0.5 s on" in text
     assert "Correct its signals" in text
-    assert caught.value.solution.t[-1] == pytest.approx(3 / 7)
+    t = caught.value.solution.t  # on a slow machine with a state behind the last sample, kept when the clock struck
+    assert t[:4] == pytest.approx([k / 7 for k in range(4)])
+    assert np.all(t[4:] <= 0.5)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
