@@ -66,6 +66,13 @@ def read_toml(path: Path) -> dict[str, Any]:
             remedy="Give the path of a .toml file",
         ) from None
     _require_no_deck(path, part)
+    if not text.removeprefix("\ufeff").strip():
+        raise ModelError(
+            part,
+            found="the file is empty",
+            expected="a model: tables [[body]], [[joint]], [[force]], ...",
+            remedy="Write one, or copy it again if it was lost; flexmb demo makes one to begin with",
+        )
     return parse_toml(text, part)
 
 

@@ -56,6 +56,8 @@ def test_goes_on_with_the_same_steps(t, whole, careful):
     np.testing.assert_array_equal(rest.t, whole.t)
     for name in ("box", "ball", "place"):
         np.testing.assert_allclose(rest[name], whole[name], rtol=0, atol=1e-12)
+    # what the integrator had counted is not added to what the samples say: the work lost was 1.2 J for 0.62 J
+    np.testing.assert_allclose(rest.phases[-1].works, whole.phases[-1].works, rtol=0, atol=1e-3)
 
 
 def test_without_what_was_known_the_steps_are_others(whole, careful):
