@@ -13,7 +13,7 @@ from flexmb.forces.relative import act_relative, add_relative_tangent, relative_
 from flexmb.math.callbacks import call_back, callback
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_product, euler_to_matrix, exp_euler, matrix_to_euler
-from flexmb.math.switches import CROSSING, switch_kernel
+from flexmb.math.switches import CROSSING, FORMULA, UNITLESS, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.foreign import imported
 from flexmb.model.kinds import Force
@@ -116,6 +116,7 @@ def switch(raw, data, state, work, out):
             place = out[first + k]
             place[:] = 0.0
             place[0], place[1], place[4], place[9] = CROSSING, found[2 * k], found[2 * k + 1], 1.0
+            place[FORMULA] = UNITLESS
         first += row.switches
 
 
@@ -189,7 +190,7 @@ class UserForce(Force):
     switches : callable, or "module:function", optional
         ``switches(t, d, v, R, w) -> number or list of numbers``, with the same arguments, each of which changes its
         sign where the force jumps or has a kink: ``lambda t, d, v, R, w: d[2] - 0.1``. Adaptive steps end there, as at
-        contacts. It is located to `rtol` times the length of the model, in its own unit: scale it so that 1 is much.
+        contacts. It is located to `rtol` times the largest that it has been, whatever its unit.
     """
 
     name: str

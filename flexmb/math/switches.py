@@ -40,6 +40,7 @@ __all__ = [
     "SLIP",
     "TURN",
     "TURN_GAP",
+    "UNITLESS",
     "UNKNOWN",
     "call_sweep",
     "call_switches",
@@ -52,6 +53,8 @@ FORMULA, UNKNOWN, OF_LENGTHS, PIECE_BEGIN, PIECE_END = 10, 11, 12, 16, 17
 """1.0: a number of a formula; 1.0: its rate follows from accelerations, which nobody knows; sums of its derivatives by
 lengths, by angles and states, by speeds, and by rates of angles; ends of a piece.
 """
+UNITLESS = 2.0
+"""In the column `FORMULA`: a number whose unit nobody knows, located relative to the largest that it has been."""
 COLUMNS = 28
 SWITCHES = void(array_type(BYTES), array_type(FLOATS), STATE, WORK, array_type(np.dtype(float), 2))
 """(rows, data, state, work, out): write the places of all rows of a kind, as evaluated last."""

@@ -181,6 +181,27 @@ def test_a_force_that_turns_with_the_speed_is_met(integrator):
     assert solution["v"][-1, 2] == pytest.approx(expected, abs=within)
 
 
+@pytest.mark.parametrize("integrator", ALL, ids=repr)
+def test_switches_have_any_unit(integrator):
+    """The same ball in metres, and with its switches in a unit a million times smaller or larger: the same motion.
+
+    Compared with metres, small numbers never passed, and large ones were located to rounding.
+    """
+
+    def push(t, d, v, R, w):
+        return (0.0, 0.0, -400.0 if 0.495 < d[2] < 0.505 else 0.0), (0.0, 0.0, 0.0)
+
+    for unit in (2.0**-30, 2.0**30):
+        force = fmb.UserForce(
+            "push",
+            markers=("ground.origin", "ball.center"),
+            function=push,
+            switches=lambda t, d, v, R, w, unit=unit: [(d[2] - 0.495) * unit, (d[2] - 0.505) * unit],
+        )
+        solution = fmb.simulate(falling(force, -10.0), 0.2, samples=3, integrator=integrator)
+        assert solution["v"][-1, 2] == pytest.approx(-np.sqrt(104.0), rel=2e-5)
+
+
 def test_switches_of_a_function_that_is_compiled():
     """A law and its switch by numba: the ball flies onto a spring of 8e3 N/m that begins at z = 0.5 m, and back."""
     from numba import njit

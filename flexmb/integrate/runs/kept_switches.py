@@ -9,7 +9,7 @@ from flexmb.integrate.runs.gaps_in_steps import first_change, gap_at, rate_of_ga
 from flexmb.integrate.runs.spells import follow_spell, forget_spell
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.plain_loops import copy_into
-from flexmb.math.switches import CROSSING, DISTANCE, FORMULA, GAP, KINK, PIECE, SLIP, TURN, TURN_GAP
+from flexmb.math.switches import CROSSING, DISTANCE, FORMULA, GAP, KINK, PIECE, SLIP, TURN, TURN_GAP, UNITLESS
 
 __all__ = ["BENT", "JUMPED", "SAME", "keep_switches"]
 
@@ -56,7 +56,10 @@ def keep_switches(sw, h):
                     if sw.since[n] <= AT_ONCE:
                         sw.passed[n] += 1.0
                     sw.since[n] = 0.0
-                sw.spans[n] = max(abs(b[1] - a[1]), 0.5 * sw.spans[n])
+                if a[FORMULA] == UNITLESS:
+                    sw.spans[n] = max(sw.spans[n], abs(a[1]), abs(b[1]))
+                else:
+                    sw.spans[n] = max(abs(b[1] - a[1]), 0.5 * sw.spans[n])
             elif a[0] == TURN:
                 if _turned_over(a, b):
                     sw.limits[0].turned = n + 1

@@ -60,7 +60,7 @@ class Switching(NamedTuple):
     touched: Floats
     """(n,) m/s, sum of the changes of speed in steps during which a contact was closed"""
     spans: Floats
-    """(n,) by how much numbers of formulas change in a step, lately"""
+    """(n,) by how much numbers of formulas change in a step, lately; of numbers without unit the largest so far"""
     passed: Floats
     """(n,) how many times a formula has passed its jump once more within `AT_ONCE` steps"""
     since: Floats
