@@ -78,9 +78,10 @@ def follow(program, work, motions, c, h, t, short):
     nu, ng = len(v.u), len(v.lam)
     touched = len(v.switching.now) > 0 and v.switching.limits[0].closed == 1
     if touched:
-        apart.run[0].blind += 1
-    if touched or short:
-        _carry(v, s, apart, short)
+        apart.run[0].blind, apart.run[0].followed = 1, 0
+        return
+    if short:
+        _carry(v, s, apart, True)
         return
     fit_to_step(program, work, s, h)
     a, a1, alg, alg1, u, u1, dx = s.a, s.a1, s.alg, s.alg1, s.u, s.u1, s.dx

@@ -7,165 +7,27 @@ of such halves, so each costs one evaluation and no factorisation. Theory: integ
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
-
 import numpy as np
 
-from flexmb.integrate.implicit.stages import GAMMA, STAGES, WEIGHTS, Stages
-from flexmb.integrate.runs.gap import EVERY, Gap, begin_again, measure, new_gap
+from flexmb.integrate.implicit.beside import Beside
+from flexmb.integrate.implicit.local_errors import take_off_errors
+from flexmb.integrate.implicit.stages import GAMMA, STAGES, Stages
+from flexmb.integrate.implicit.straighten import straightened
+from flexmb.integrate.runs.gap import EVERY, measure
 from flexmb.math.block_lu import lu_solve
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.program import PROGRAM
-from flexmb.math.structures import ArrayOf, Floats, Record, array_type, numba_type, structure
+from flexmb.math.structures import array_type, numba_type
 from flexmb.math.tables import COUNT, FLOATS, NUMBER, WORK, State
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 from flexmb.tree.coordinates.settle import Chart, coordinate_rates, count_turns, prescribe, read_change, settle
 from flexmb.tree.coordinates.settle import unit_length as to_unit_length
 
-__all__ = ["Beside", "carry", "follow", "known", "new_beside"]
+__all__ = ["follow"]
 
-LINEAR = -8.463541666666567e-4
-"""Error of a step of y' = f(y) by h^5 times the fifth derivative of y, for linear f."""
-
-
-def _fifth() -> np.ndarray:
-    """Return the weights (6,) by which the rates of the stages give h^4 times the fifth derivative of y in one step.
-
-    The stages of y' = z y are those of (I - z A)^-1: powers of z up to three cancel and the fourth is one; and so do
-    third powers of time in rates that are given. There are as many weights as these conditions.
-    """
-    rows = [np.ones(STAGES)]
-    for _ in range(4):
-        rows.append(WEIGHTS @ rows[-1])
-    rows.append(rows[1] ** 3)
-    return np.linalg.solve(rows, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
-
-
-ALONE = _fifth()
-BESIDE = (3.6, 4.7, 8.0)
-"""Error of order five beside what the embedded method differs by: of a vibration by 1.2 and by 2 radians a step, and of
-one that steps do not follow."""
-COARSE = 4.0
-"""By how much the error is larger than that of linear equations at two radians a step: a heavy top errs 1.0 times as
-much at 1.2 radians, 1.7 at 1.4, 4.1 at 2."""
-FADES = 0.9
-"""Part of the size of a step that still counts a step later: what swings passes zero."""
-SEEN = 3
-"""Steps after which that size is known."""
-STRAIGHT = 0.1
-"""Largest correction of the trapezoidal rule, relative to the distance."""
-STIFF, MANY = 1.0, 0.1
-"""The same from which the distance swings or dies away too fast to be carried, and the part of the steps that may."""
 TURNS = 3
 """Corrections of coordinates whose rates depend on them."""
-
-
-class BesideRun(Record):
-    """How the motion beside goes on."""
-
-    bent: float
-    """s, size of the step before; 0 where there was none to compare how the distance bends with"""
-    size: float
-    """square of what the embedded method differed by in the rates, the largest of late"""
-    wide: float
-    """square of the distance in the rates, likewise"""
-    stiff: int
-    """steps over which the distance could not be carried"""
-    closes: int
-    """1: there are loops to be closed"""
-    steps: int
-    moving: int
-    """rates before those of first-order states, whose numbers have units of their own"""
-
-
-@structure
-class Beside(NamedTuple):
-    """The distance of the second motion from the run's, at the present time."""
-
-    dx: Floats
-    """(nx,) of the unknowns"""
-    dv: Floats
-    """(nv,) of their rates"""
-    da: Floats
-    """(nv,) of their second rates"""
-    dlam: Floats
-    """(ng,) of the multipliers"""
-    dk: Floats
-    """(nx,) of the first derivatives of the unknowns"""
-    bx: Floats
-    """(nx,) by how much the first derivatives of dx bend over a step, by the square of its size, the step before"""
-    bv: Floats
-    """(nv,) of dv, likewise"""
-    kx: Floats
-    """(nx,) the same of the step at hand"""
-    kv: Floats
-    x: Floats
-    """the motion beside, as the next"""
-    v: Floats
-    a: Floats
-    lam: Floats
-    y: Floats
-    """(nx,) x with unit Euler parameters"""
-    k: Floats
-    """(nx,) scratch, as the next four"""
-    x0: Floats
-    v0: Floats
-    """(nv,)"""
-    x1: Floats
-    dx1: Floats
-    dv1: Floats
-    change: Floats
-    """(nv,)"""
-    right: Floats
-    """(nu + ng,) right-hand side"""
-    state: State
-    """of all bodies"""
-    start: Floats
-    """(nq,) configuration from which motion is counted"""
-    own: Annotated[np.ndarray, ArrayOf(BesideRun.dtype)]
-    """one row"""
-    run: Annotated[np.ndarray, ArrayOf(Gap.dtype)]
-    """one row"""
-
-
-def new_beside(system, unknowns, state, followed: bool) -> Beside:
-    """Return the motion beside at the start of a run, where it still is the same."""
-    nx, nv, nu, ng = unknowns.nx, unknowns.nv, system.nu, system.ng
-    sizes = dict.fromkeys(("dx", "dk", "bx", "kx", "x", "y", "k", "x0", "x1", "dx1"), nx)
-    sizes |= dict.fromkeys(("dv", "da", "bv", "kv", "v", "a", "v0", "dv1", "change"), nv)
-    sizes |= {"dlam": ng, "lam": ng, "right": nu + ng}
-    return Beside(
-        **{name: np.zeros(size) for name, size in sizes.items()},
-        state=system.state(state.t),
-        start=state.q.copy(),
-        own=BesideRun.table(closes=int(unknowns.closes and ng > 0), moving=nv - int(np.sum(system.is_state))),
-        run=new_gap(system, followed),
-    )
-
-
-def carry(before: Beside, now: Beside) -> None:
-    """Give a new start the distance that the motions had; in a model with other unknowns its size alone is known."""
-    closes, moving = int(now.own["closes"][0]), int(now.own["moving"][0])
-    now.own[:] = before.own
-    now.own["closes"], now.own["moving"] = closes, moving
-    now.run[:] = before.run
-    sizes = ("dx", "dv", "dlam", "start")  # a lock changes the equations alone
-    if any(getattr(before, name).shape != getattr(now, name).shape for name in sizes):
-        now.own["bent"] = 0.0
-        begin_again(now.run)
-        return
-    alike = before.dlam.shape == now.dlam.shape
-    if not alike:  # other loops are closed: what the distance is stays known, how it goes on is not
-        now.own["bent"] = 0.0
-    for name in ("dx", "dv", "start", *(("da", "dlam", "bx", "bv") if alike else ())):
-        getattr(now, name)[:] = getattr(before, name)
-
-
-def known(beside: Beside) -> bool:
-    """Could the distance be carried over nearly all steps?"""
-    own = beside.own[0]
-    return bool(own["stiff"] <= MANY * max(own["steps"], 1))
 
 
 @inner_kernel
@@ -282,80 +144,9 @@ def _bent(b, sign):
 
 
 @inner_kernel
-def _straightened(b, h):
-    """Correct the distance by what the trapezoidal rule leaves out, h / 12 (2 f(1/2) - f(0) - f(1)) (Simpson's rule).
-
-    It is known for the middle of the step, and wanted for its end: without that shift in time it would make
-    vibrations grow. Where it is large it is left out. Returns whether the distance could be carried at all.
-    """
-    by = h**-2
-    ahead = h / (h + b.own[0].bent)
-    change, size = 0.0, 0.0
-    for i in range(len(b.dv)):
-        k = by * b.kv[i]
-        b.kv[i] = h**3 / 12.0 * (k + ahead * (k - b.bv[i]))
-        b.bv[i] = k
-        if i < b.own[0].moving:
-            change, size = change + b.kv[i] ** 2, size + b.dv[i] ** 2
-    for i in range(len(b.dx)):
-        k = by * b.kx[i]
-        b.kx[i] = h**3 / 12.0 * (k + ahead * (k - b.bx[i]))
-        b.bx[i] = k
-    followed, b.own[0].bent = b.own[0].bent > 0.0, h
-    if followed and change <= STRAIGHT**2 * size:
-        for i in range(len(b.dv)):
-            b.dv[i] += b.kv[i]
-        for i in range(len(b.dx)):
-            b.dx[i] += b.kx[i]
-    b.own[0].wide = max(size, FADES * b.own[0].wide)
-    return not followed or change <= STIFF**2 * b.own[0].wide
-
-
-@inner_kernel
-def _differ(weights, third, r, b, h):
-    """Return the square of what the embedded method of order three differs by in the rates, the largest of late."""
-    size = 0.0
-    for i in range(b.own[0].moving):
-        apart = 0.0
-        for j in range(STAGES):
-            apart += (weights[STAGES - 1, j] - third[j]) * r.A[j, i]
-        size += (h * apart) ** 2
-    b.own[0].size = max(size, FADES * b.own[0].size)
-    return b.own[0].size
-
-
-@inner_kernel
-def _take_off_errors(r, b, h, weights, third):
-    """Take the local error of a step off the motion beside: that of order five, as the stages of the step tell it."""
-    size = 0.0
-    for i in range(len(b.dv)):
-        fifth = 0.0
-        for j in range(STAGES):
-            fifth += ALONE[j] * r.A[j, i]
-        b.change[i] = LINEAR * h * fifth
-        if i < b.own[0].moving:
-            size += b.change[i] ** 2
-    low, high, most = BESIDE
-    differs = _differ(weights, third, r, b, h)
-    seen = b.own[0].steps > SEEN and differs > 0.0
-    if seen and not size <= most**2 * differs:
-        b.own[0].stiff += 1
-        return
-    long = ((size / differs) ** 0.5 - low) / (high - low) if seen else 0.0
-    times = 1.0 + (COARSE - 1.0) * min(max(long, 0.0), 1.0)
-    for i in range(len(b.dv)):
-        b.dv[i] -= times * b.change[i]
-    for i in range(len(b.dx)):
-        fifth = 0.0
-        for j in range(STAGES):
-            fifth += ALONE[j] * r.K[j, i]
-        b.dx[i] -= times * LINEAR * h * fifth
-
-
-@inner_kernel
 def _hold(b):
     """Forget all rates of the distance, which stays as it is."""
-    b.own[0].bent = 0.0
+    b.own[0].bent, b.own[0].bent_before = 0.0, 0.0
     b.da[:] = 0.0
     b.dlam[:] = 0.0
 
@@ -375,17 +166,16 @@ def _hold(b):
 def follow(chart, program, work, r, b, x, v, t, h, weights, third, touched):
     """Take the motion beside over the step from x, v at time t that has just been solved, with its matrix.
 
-    Where something touches, what the step adds is not known, and the distance stays as it is.
+    It ends where something touches: the motion beside touches at another time, and what comes of that is not known.
     """
     if b.run[0].followed == 0:
         return
     b.own[0].steps += 1
     if touched == 1:
-        b.run[0].blind += 1
-        _hold(b)
+        b.run[0].blind, b.run[0].followed = 1, 0
         return
     shift, end = GAMMA * h, STAGES - 1
-    b.x0[:], b.v0[:] = b.dx, b.dv
+    b.x0[:], b.v0[:], b.a0[:] = b.dx, b.dv, b.da
     b.x1[:] = x + b.dx
     b.v[:] = v + b.dv
     coordinate_rates(chart.rows, b.x1, b.v, b.dk)
@@ -400,11 +190,11 @@ def follow(chart, program, work, r, b, x, v, t, h, weights, third, touched):
     _bent(b, 2.0)
     done = done and _half(chart, program, work, b, r.x, r.V[end], r.A[end], r.L[end], r.K[end], t + h, shift, closes)
     _bent(b, -1.0)
-    if not done or not _straightened(b, h):
+    if not done or not straightened(b, h):
         b.own[0].stiff += 1
         b.dx[:], b.dv[:] = b.x0, b.v0
         _hold(b)
         return
     if b.own[0].steps % EVERY == 0:
         measure(program, r.state.q, b.state.q, r.extent, b.run, b.start, t + h)
-    _take_off_errors(r, b, h, weights, third)
+    take_off_errors(r, b, h, weights, third)

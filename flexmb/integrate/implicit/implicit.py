@@ -9,7 +9,8 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.integrate.extent import extents, reaches
-from flexmb.integrate.implicit.added_errors import carry, follow, known, new_beside
+from flexmb.integrate.implicit.added_errors import follow
+from flexmb.integrate.implicit.beside import carry, known, new_beside
 from flexmb.integrate.implicit.stages import COUNTED, STAGES, THIRD, WEIGHTS, new_stages, run_step
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.runs.added_error import AddedError

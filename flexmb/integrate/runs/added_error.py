@@ -39,9 +39,8 @@ class AddedError:
         What has this error.
     lost : bool
         It grew so much that it was not followed any further.
-    blind : int
-        Steps in which something touched: what they add is not known, nor what comes of it later. The distance that is
-        carried through a contact begins it anew after the run has left it.
+    blind : bool
+        Something has touched: all of this is about the time before, what errors add up to later is not known.
     """
 
     share: float
@@ -51,18 +50,18 @@ class AddedError:
     t: float
     owner: str
     lost: bool
-    blind: int
+    blind: bool
 
     def sentences(self, integrator: Any) -> list[str]:
-        """Return the warning, if the share is known and too large."""
-        if self.blind or not self.share > SHARE:
+        """Return the warning, if the share is too large."""
+        if not self.share > SHARE:
             return []
         less = (
             "a smaller step"
             if getattr(integrator, "step", None) is not None
             else f"a smaller rtol than {integrator.rtol:g}"
         )
-        more = "and more later" if self.lost else "at the most"
+        more = "and more later" if self.lost else "the most until something touched" if self.blind else "at the most"
         return [
             f"{type(integrator).__name__}: the errors of its steps have added up to about {self.error:.2g} {self.unit} "
             f"of {self.owner} at t = {self.t:.4g} s, {more}; that is {100.0 * self.share:.2g} % of the largest motion; "

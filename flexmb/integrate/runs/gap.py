@@ -28,7 +28,7 @@ class Gap(Record):
     followed: int
     """1 while it is followed"""
     blind: int
-    """steps with something in contact, whose errors are not known"""
+    """1: something has touched, and what errors add up to from there on is not known"""
     far: float
     """m, largest distance of places and deflections"""
     far_t: float
@@ -78,8 +78,8 @@ def added_error(system, gap) -> AddedError:
         unit=unit,
         t=float(gap[f"{kind}_t"]),
         owner=system.owner(int(gap[f"{kind}_place"])) if gap[f"{kind}_place"] >= 0 else "its parts",
-        lost=not gap["followed"],
-        blind=int(gap["blind"]),
+        lost=not gap["followed"] and not gap["blind"],
+        blind=bool(gap["blind"]),
     )
 
 
