@@ -155,11 +155,12 @@ class Integral(Block):
 
 @dataclass(frozen=True, eq=False)
 class Pid(Block):
-    """Proportional, integral and derivative control of an error e: kp e + ki (integral of e) + kd e'.
+    """Proportional, integral and derivative control of an error e: the output is v = kp e + i + kd e', within limits.
 
-    e' is the signal `rate`, exact where it is measured, or the rate of a filtered error, (e - f) / T with T f' = e - f.
-    Within `limits` of the output the integral follows the error; beyond them it tracks the output in the time
-    `tracking`, against windup.
+    i is the integral part, i' = ki e, which begins at `start`. e' is the signal `rate`, exact where it is measured, or
+    the rate of a filtered error, (e - f) / T with T f' = e - f, which begins at f = 0.
+    With `limits` the output is y, the nearest value to v within them, and i' = ki e + (y - v) / `tracking`, against
+    windup: within the limits that is ki e (Åström & Hägglund 2006, sec. 3.5).
 
     Parameters
     ----------

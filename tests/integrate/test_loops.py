@@ -421,7 +421,7 @@ joint = "rail"
 [[sensor]]
 kind = "SignalValue"
 name = "error"
-of = { formula = { text = "1.0 - x", over = { x = "x" } } }
+of = { formula = { text = "w - x", over = { x = "x" }, parameters = { w = 1.0 } } }
 
 [[force]]
 kind = "Actuator"

@@ -11,9 +11,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from faults.bench import SCENES
+from integrate.test_coarse_contacts import falling
 
 import flexmb as fmb
 from flexmb.integrate.runs import phases
+from flexmb.integrate.runs.coarse_contacts import ENDED, FEWEST
 from flexmb.results import RunFile
 from flexmb.results.memory import Memory
 
@@ -58,6 +60,19 @@ def test_goes_on_with_the_same_steps(t, whole, careful):
         np.testing.assert_allclose(rest[name], whole[name], rtol=0, atol=1e-12)
     # what the integrator had counted is not added to what the samples say: the work lost was 1.2 J for 0.62 J
     np.testing.assert_allclose(rest.phases[-1].works, whole.phases[-1].works, rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize("t", [0.1, 0.3, 0.5])
+def test_contacts_that_have_ended_are_counted_once(t, careful):
+    """They were counted again from what the integrator knows: 5 to 7 contacts of four."""
+    model = replace(falling(1e5, 1.0, 0.05), gravity=(0, 0, -9.81))
+    settings = {"t_end": 1.0, "samples": 201, "integrator": fmb.GeneralizedAlpha()}
+    whole, cut = fmb.simulate(model, **settings), interrupted(model, t, **settings)
+    assert cut.phases[-1].memory is not None
+    rest = fmb.resume(cut, **settings)
+    for name in (ENDED, FEWEST):
+        assert rest.statistics[name] == whole.statistics[name]
+    assert whole.statistics[ENDED] >= 4
 
 
 def test_without_what_was_known_the_steps_are_others(whole, careful):

@@ -51,8 +51,12 @@ IMPACT, SLIP = 3.0, 0.5
 rebound is of second order. Change of a slip, relative to it: friction that is about to stick, or to break
 away, has several solutions in a long step."""
 
-SCRATCH = ("d", "right", "dx", "q1", "u1", "a1", "lam1", "alg1", "signals", "now", "then", "works")
-"""Of the variables: what every step writes anew, or follows from the state; and works, which samples hold already."""
+SCRATCH = (
+    *("d", "right", "dx", "q1", "u1", "a1", "lam1", "alg1", "signals", "now", "then"),
+    *("works", "ended", "worst_steps", "worst_span", "worst_change"),
+)
+"""Of the variables: what every step writes anew, or follows from the state; and works and counts of contacts that have
+ended, which samples and statistics hold already."""
 _CONTROLS: WeakKeyDictionary[Any, tuple[Any, Controls]] = WeakKeyDictionary()
 
 

@@ -27,7 +27,8 @@ class IDA(metaclass=Described):
     Parameters
     ----------
     rtol : float, -
-        Relative tolerance of every coordinate and velocity.
+        Relative tolerance of every coordinate and velocity; a tenth of it counts while something may touch, because
+        steps begin anew at every begin of a contact.
     atol : float, m, rad and per second, optional
         Absolute tolerance of every coordinate and velocity; default 1e-8, times the length of models below 1 m
         where it is one of displacements, and of velocities 100 s by the simulated time where that is longer.

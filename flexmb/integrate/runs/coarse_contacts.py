@@ -70,7 +70,9 @@ class CoarseContacts:
         return told
 
     def _sentence(self, owner: str, found: dict[str, float], error: float, unit: str) -> str:
-        name, step = type(self.integrator).__name__, 0.9 * found["span"] / self.needed
+        name = type(self.integrator).__name__
+        span = found["span"] * max(0.5, 1.0 - 0.5 / found["steps"])  # few steps see an impact too long
+        step = 0.9 * span / self.needed
         fixed = getattr(self.integrator, "step", None) is not None
         less = (
             f"Give step={step:.2g}, or leave it out: the step then follows the impact"

@@ -272,7 +272,8 @@ class SteppedPhase:
         self.watch.last, passed = dict(watched[0]), watched[1]
         self.watch.passed.clear()
         self.watch.passed.update(passed)
-        self.contacts, self.contact_counts = copy.deepcopy(watched[2]), watched[3]
+        self.contacts = copy.deepcopy(watched[2], {id(self.integrator): self.integrator})
+        self.contact_counts = watched[3]
         self.ended = "finished"
         self._gradients.last = None
         for array, kept in zip(self._scratch(), scratch, strict=True):
