@@ -263,7 +263,8 @@ def test_wrong_settings(tmp_path, settings, messages):
 @pytest.mark.parametrize(
     ("table", "messages"),
     [
-        ("", ("crank.toml, [simulation]: the table is missing", "with t_end", "Add [simulation]")),
+        ("", ("crank.toml': the file is empty", "Write one")),
+        ("# empty", ("crank.toml, [simulation]: the table is missing", "with t_end", "Add [simulation]")),
         ("simulation = 3", ("the table is missing",)),
         ("[simulation]\nsamples = 3", ("the field 't_end' is missing", "Give t_end a value")),
         ("[simulation]\nt_end = 0.0", ("Simulation: t_end = 0.0", "a positive duration")),

@@ -44,9 +44,13 @@ def test_thin_hinged_square():
     assert np.log2((exact[0] - coarse[0]) / (exact[0] - fine[0])) == pytest.approx(2.0, abs=0.3)
 
 
-@pytest.mark.parametrize("h", [0.001, 0.01, 0.1, 0.2])
+@pytest.mark.parametrize("h", [0.002, 0.01, 0.1, 0.2])
 def test_shear_deformable_hinged_square(h):
-    """8 by 8 elements, thin to thick: 2 % of Mindlin for the first mode, order two from 4 by 4 on."""
+    """8 by 8 elements, thin to thick: 2 % of Mindlin for the first mode, order two from 4 by 4 on.
+
+    At a thousandth of the length the ratio of the squares of frequencies comes to the last digits: 4 by 4 elements have
+    1.6 % more there on one processor than on another.
+    """
     exact = mindlin(h, 1, 1)
     coarse, fine = (frequencies(n, h, True, HINGES, fmb.Revolute)[0] for n in (4, 8))
     assert fine == pytest.approx(exact, rel=0.02)

@@ -26,6 +26,8 @@ SHORTEST = 0.1
 AT_BEGIN = 0.02
 """Share of the speed of an impact by which the step in which it begins may change it: its stages lie before and behind
 the kink."""
+STRIKING = 30.0
+"""Times the speed that moves nothing that matters in the whole run: an impact, and no body that is pressed from rest."""
 
 
 @inner_kernel
@@ -131,8 +133,10 @@ def allowed(program, sw, h, adaptive):
             if part < 1.0 - NEAR_END * near:
                 least = min(least, part + PAST * near)
                 continue
-        if follows and (g0 < 0.0 or g1 < 0.0 or _touched(a, b, h, g0, g1, speed)):
-            slow = floor / sw.limits[0].duration
+        # pressed from rest nothing strikes: the speed comes of the step itself, in however short a step
+        slow, before = floor / sw.limits[0].duration, abs(rate_of_gap(a))
+        strikes = not short or before > STRIKING * slow or 4.0 * before >= abs(rate_of_gap(b) - rate_of_gap(a))
+        if follows and strikes and (g0 < 0.0 or g1 < 0.0 or _touched(a, b, h, g0, g1, speed)):
             share = sw.limits[0].impact
             fits = _struck(a, b, h, g0, g1, share, slow)
             if g0 > 0.0 > g1 and fits >= 1.0 and _struck(a, b, h, g0, g1, min(share, AT_BEGIN), slow) < 1.0:
