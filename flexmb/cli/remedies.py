@@ -6,7 +6,6 @@ The same message serves a program and a terminal. What one writes in Python is o
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 
 __all__ = ["in_files_and_options"]
 
@@ -83,5 +82,4 @@ def _split(inner: str) -> list[str]:
 
 def _value(text: str) -> str:
     """Return a value as model files have it: lists in square brackets, texts in double quotes."""
-    brackets: Callable[[re.Match], str] = lambda found: f"[{found.group(1)}]"  # noqa: E731
-    return {"True": "true", "False": "false"}.get(text, re.sub(r"\(([^()]*)\)", brackets, text).replace("'", '"'))
+    return {"True": "true", "False": "false"}.get(text, re.sub(r"\(([^()]*)\)", r"[\1]", text).replace("'", '"'))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -36,7 +37,7 @@ WRITTEN: dict[str, tuple[Written, ...]] = {
     "reduce": (Written((".h5",), (".html", ".json")),),
 }
 """By verb. A file of the verb's own kind is written anew; others are kept."""
-READ = ("model", "run", "data", "mesh", "density", "source")
+READ = ("model", "run", "others", "data", "mesh", "density", "source")
 """Arguments that name what a verb reads."""
 ARRAYS = b"\x89HDF\r\n\x1a\n"
 """The first bytes of bodies and runs, whatever their names."""
@@ -113,7 +114,8 @@ def _is_used(given: argparse.Namespace, path: Path) -> bool:
     model = getattr(given, "model", None)
     if not isinstance(model, str) or not Path(model).is_file():
         return False
-    return path.name.encode() in Path(model).read_bytes()
+    named = rb"[\"'/\\]" + re.escape(path.name.encode()) + rb"[\"']"  # a whole quoted name, or the end of a quoted path
+    return re.search(named, Path(model).read_bytes()) is not None
 
 
 def _begins(path: Path, first: bytes) -> bool:

@@ -243,9 +243,9 @@ class HydraulicCylinder(OnCoordinate):
         a, b = (markers[system.marker_index[name]] for name in names)
         way = b["r"] - a["r"]
         x = np.linalg.norm(way) if coordinate.kind == "distance" else a["R"][:, "xyz".index(coordinate.axis)] @ way
-        fields_ = {f.name: getattr(self, f.name) for f in fields(self)}
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
         pressures = tuple(map(float, start.u[system.state_slices[self.title][1]][:2]))
-        return EnclosedOil(**fields_ | {"pressures": pressures, "extension": float(x)})
+        return EnclosedOil(**own | {"pressures": pressures, "extension": float(x)})
 
     def record(self, compiler):
         """Return the row; ModelError if the piston is out of its cylinder as described."""

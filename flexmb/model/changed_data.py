@@ -123,10 +123,10 @@ def rescaled(data: Data, length: float = 1.0, mass: float = 1.0, time: float = 1
     invariants = InertiaInvariants(**{key: getattr(data.invariants, key) * m * L**p for key, p in power.items()})
     geometric = data.geometric
     if geometric is not None:
-        fields_ = np.where(np.arange(12) < 3, m / L, m)[:, None, None]
+        factors = np.where(np.arange(12) < 3, m / L, m)[:, None, None]
         loads = np.where(np.arange(6) < 3, 1.0 / L, 1.0 / L**2)[:, None, None]
         geometric = GeometricStiffness(
-            inertia=geometric.inertia * fields_,
+            inertia=geometric.inertia * factors,
             interface=geometric.interface * loads,
             loads=geometric.loads * m / t**2,
             preload=geometric.preload * m / t**2,
@@ -313,9 +313,9 @@ def _with_units(data: Data, factor: float, length: float) -> dict:
 def _left_out_in_units(known: LeftOutStiffness, length: float, mass: float, time: float) -> LeftOutStiffness:
     """Return changes of stiffness by unit loads in other units; load shapes keep the unit of their intensity."""
     force = mass * length / time**2
-    fields_ = np.where(np.arange(12) < 3, time**2 / length, time**2)[:, None, None]
+    factors = np.where(np.arange(12) < 3, time**2 / length, time**2)[:, None, None]
     loads = np.where(np.arange(6) < 3, 1.0 / force, 1.0 / (force * length))[:, None, None]
-    return replace(known, inertia=known.inertia * fields_, interface=known.interface * loads)
+    return replace(known, inertia=known.inertia * factors, interface=known.interface * loads)
 
 
 def _left_out_in_axes(known: LeftOutStiffness, Q: np.ndarray, p: np.ndarray, s: float) -> LeftOutStiffness:

@@ -229,7 +229,7 @@ def _diameter(r: np.ndarray) -> float:
     largest = float(np.linalg.norm(r - r[np.argmax(outward)], axis=1).max())
     ends = r[outward >= largest * (1.0 - ROUNDED) - outward.max()]  # nearer to the middle, none is farther apart
     for k in range(0, len(ends), CHUNK):
-        squares = sum(np.subtract.outer(own, all_) ** 2 for own, all_ in zip(ends[k : k + CHUNK].T, ends.T))
+        squares = sum(np.subtract.outer(own, every) ** 2 for own, every in zip(ends[k : k + CHUNK].T, ends.T))
         largest = max(largest, float(np.sqrt(squares.max())))
     return largest
 

@@ -11,7 +11,7 @@ ROWS = re.findall(r"^\| `([\w.]+)` \| (\S+) \| (.+?) \| (.+?) \|$", PAGE.read_te
 WATCHES = (
     "flexmb.bodies.floating.validity", "flexmb.integrate.runs.creep_watch", "flexmb.integrate.runs.energy_watch",
     "flexmb.integrate.runs.added_error", "flexmb.integrate.runs.runaway", "flexmb.integrate.linear.imbalance",
-    "flexmb.integrate.linear.lost_digits", "flexmb.integrate.equilibria.stability",
+    "flexmb.integrate.runs.coarse_contacts", "flexmb.integrate.runs.vanishing", "flexmb.integrate.linear.lost_digits", "flexmb.integrate.equilibria.stability",
 )  # fmt: skip
 
 
@@ -27,7 +27,7 @@ def test_value(constant, value, what, reason):
 def test_every_watch_has_its_rows(module):
     """Each module that judges a run has its share, or its limit, in the table."""
     named = {constant.rpartition(".")[2] for constant, *_ in ROWS if constant.startswith(f"{module}.")}
-    own = {"SHARE", "DEFORMATION", "CHANGE", "UNBALANCED", "FAR", "BEYOND", "NOTED", "DENSE"} & set(
+    own = {"SHARE", "DEFORMATION", "CHANGE", "UNBALANCED", "FAR", "BEYOND", "NOTED", "DENSE", "WITHIN", "SHRUNK"} & set(
         vars(import_module(module))
     )
     assert own

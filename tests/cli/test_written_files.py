@@ -6,7 +6,7 @@ import pytest
 
 from flexmb.cli import main
 from flexmb.cli.command_line import VERBS
-from flexmb.cli.written_files import WRITTEN
+from flexmb.cli.written_files import WRITTEN, _is_used
 
 READS = {
     "plot": ["runs/a"], "render": ["runs/a"], "report": ["runs/a"], "show": ["part.bdf"],
@@ -63,6 +63,21 @@ def test_tables_that_the_model_reads_are_kept(folder, capsys):
     for words in (["statics", "crane.toml", "-o", "road.csv"], ["bode", "crane.toml", "-o", "road.png"]):
         assert "'road.csv'" in refused(folder, words, capsys)
     assert "reads it" in refused(folder, ["psd", "crane.toml", "--density", "road.csv", "-o", "road.png"], capsys)
+
+
+def test_only_whole_names_in_the_model_are_its_tables(folder):
+    """The end of another name is none; a name at the end of a path is one."""
+    (folder / "crane.toml").write_text('force = { table = "tables/road.csv" }')
+    given = argparse.Namespace(verb="statics", model="crane.toml")
+    found = {name: _is_used(given, folder / name) for name in ("road.csv", "d.csv", "oad.csv", "road.cs")}
+    assert found == {"road.csv": True, "d.csv": False, "oad.csv": False, "road.cs": False}
+
+
+def test_runs_beside_are_never_written_over(folder, capsys):
+    (folder / "runs" / "b").mkdir()
+    (folder / "runs" / "b" / "solution.h5").write_text("another run")
+    words = ["plot", "runs/a", "--with", "runs/b", "-o", "runs/b/solution.h5", "--overwrite"]
+    assert "flexmb plot reads it" in refused(folder, words, capsys)
 
 
 def test_arrays_under_another_name_and_reports_of_nothing(folder, capsys):
