@@ -9,10 +9,17 @@ import pytest
 PAGE = Path(__file__).parents[2] / "docs" / "theory" / "thresholds.md"
 ROWS = re.findall(r"^\| `([\w.]+)` \| (\S+) \| (.+?) \| (.+?) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
 WATCHES = (
-    "flexmb.bodies.floating.validity", "flexmb.integrate.runs.creep_watch", "flexmb.integrate.runs.energy_watch",
-    "flexmb.integrate.runs.added_error", "flexmb.integrate.runs.runaway", "flexmb.integrate.linear.imbalance",
-    "flexmb.integrate.runs.coarse_contacts", "flexmb.integrate.runs.vanishing", "flexmb.integrate.linear.lost_digits", "flexmb.integrate.equilibria.stability",
-)  # fmt: skip
+    "flexmb.bodies.floating.validity",
+    "flexmb.integrate.runs.creep_watch",
+    "flexmb.integrate.runs.energy_watch",
+    "flexmb.integrate.runs.added_error",
+    "flexmb.integrate.runs.runaway",
+    "flexmb.integrate.linear.imbalance",
+    "flexmb.integrate.runs.coarse_contacts",
+    "flexmb.integrate.runs.vanishing",
+    "flexmb.integrate.linear.lost_digits",
+    "flexmb.integrate.equilibria.stability",
+)
 
 
 @pytest.mark.parametrize(("constant", "value", "what", "reason"), ROWS, ids=[row[0] for row in ROWS])

@@ -27,7 +27,7 @@ AT_BEGIN = 0.02
 """Share of the speed of an impact by which the step in which it begins may change it: its stages lie before and behind
 the kink."""
 STRIKING = 30.0
-"""Times the speed that moves nothing that matters in the whole run: an impact, and no body that is pressed from rest."""
+"""Times the speed that moves nothing that matters in the whole run: an impact, no body that is pressed from rest."""
 
 
 @inner_kernel

@@ -57,9 +57,13 @@ class Validity:
         Statistics of the run that is continued: its warnings are not repeated.
     since : str
         Words for when a limit was passed, of the time t.
+    at_rest : bool
+        Equilibria are looked at: past its buckling load a body deforms for that reason.
     """
 
-    def __init__(self, before: dict[str, Any] | None = None, since: str = "from t = {t:.4g} s on"):
+    def __init__(
+        self, before: dict[str, Any] | None = None, since: str = "from t = {t:.4g} s on", at_rest: bool = False
+    ):
         before = before or {}
         self.shared: list[str] = list(before.get(SHARED, ()))
         self.largest: dict[str, dict[str, float]] = {k: dict(v) for k, v in before.get(SHARES, {}).items()}
@@ -70,6 +74,7 @@ class Validity:
         self._work: Any = None
         self._creep: Any = None
         self._since = since
+        self._at_rest = at_rest
 
     def look(self, system, rows: dict[str, np.ndarray]) -> None:
         """Measure a block of samples."""
@@ -89,7 +94,7 @@ class Validity:
                     beyond.setdefault(title, {})[measure] = place, float(values[k]), since
                 known[measure] = max(known.get(measure, 0.0), float(values[k]))
         for title, found in beyond.items():
-            if self.buckles(title):
+            if self._at_rest and self.buckles(title):
                 found.pop("deformation", None)  # a consequence, and its remedy would be another one
             for measure, given in found.items():
                 self._warn(_sentence(title, measure, *given))
@@ -157,7 +162,7 @@ def in_equilibrium(phase: Phase, since: str = "in equilibrium", told: Iterable[s
     What is told of their stability is warned of, too, unless its cause is: the body that moves buckles.
     """
     told = list(told)
-    validity = Validity(since=f"{since}, which is unstable" if told else since)
+    validity = Validity(since=f"{since}, which is unstable" if told else since, at_rest=True)
     validity.look(phase.system, {name: getattr(phase, name) for name in ("t", "q", "u", "a", "lam")})
     buckled = [title for title in validity.largest if validity.buckles(title)]
     validity.tell([sentence for sentence in told if not any(title in sentence for title in buckled)])
