@@ -19,7 +19,8 @@ class LeftOut:
 
     The matrices of all loads, with their signs, make one, whose largest eigenvalue, in size, is the change. The body is
     seen from its mean motion, as between pins, and from each interface that a joint or force holds against turning, as
-    clamped there; the largest change counts. An interface may be held by what yields, so a change can be told too high.
+    clamped there; the largest change counts. An interface may be held by what yields, so a change can be told too high;
+    two interfaces that hold an end together, as bearings do, are not seen as a clamp, so it can be told too low.
 
     Parameters
     ----------
