@@ -50,7 +50,3 @@ class Coincident(Equation):
     table: ClassVar[Table] = Table("Coincident", ROW, {"evaluate": evaluate})
     count: ClassVar[int] = 3
     stiffens: ClassVar[bool] = False
-
-    def held_turns(self, number, R_a, R_b):
-        """Hold points, no turns."""
-        return np.zeros((0, 3))

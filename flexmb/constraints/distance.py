@@ -67,7 +67,3 @@ class Distance(Equation):
 
     table: ClassVar[Table] = Table("Distance", ROW, {"evaluate": evaluate})
     stiffens: ClassVar[bool] = True
-
-    def held_turns(self, number, R_a, R_b):
-        """Hold points, no turns."""
-        return np.zeros((0, 3))

@@ -83,10 +83,6 @@ class InPlane(Equation):
     table: ClassVar[Table] = Table("InPlane", ROW, {"evaluate": evaluate})
     stiffens: ClassVar[bool] = True
 
-    def held_turns(self, number, R_a, R_b):
-        """Hold the guide; the point on it turns."""
-        return np.zeros((0, 3)) if number == 1 else np.eye(3)
-
     def record(self, compiler, markers):
         signal = -1 if self.displacement is None else compiler.signal(self.displacement)
         return {"axis": "xyz".index(self.axis), "signal": signal}

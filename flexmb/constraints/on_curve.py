@@ -191,10 +191,6 @@ class OnCurve(Equation):
     count: ClassVar[int] = 2
     stiffens: ClassVar[bool] = True
 
-    def held_turns(self, number, R_a, R_b):
-        """Hold the guide; the point on it turns."""
-        return np.zeros((0, 3)) if number == 1 else np.eye(3)
-
     def record(self, compiler, markers):
         (r_a, R_a), (r_b, _) = (compiler.pose(m) for m in markers)
         branch = compiler.branch(f"place on the curve of {self.name}", self.nearest(R_a.T @ (r_b - r_a)))

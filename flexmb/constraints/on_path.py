@@ -312,10 +312,6 @@ class OnPath(Equation):
     count: ClassVar[int] = 2
     stiffens: ClassVar[bool] = False
 
-    def held_turns(self, number, R_a, R_b):
-        """Hold the guide; the point on it turns."""
-        return np.zeros((0, 3)) if number == 1 else np.eye(3)
-
     def involved(self, markers):
         """Return all markers: a, b, and those through which the path goes on."""
         return markers

@@ -68,10 +68,6 @@ class Perpendicular(Equation):
     table: ClassVar[Table] = Table("Perpendicular", ROW, {"evaluate": evaluate})
     stiffens: ClassVar[bool] = True
 
-    def held_turns(self, number, R_a, R_b):
-        """Hold the turn about the common normal of both axes."""
-        return np.cross(R_a[:, "xyz".index(self.axis_a)], R_b[:, "xyz".index(self.axis_b)])[None]
-
     def idle(self, a: str, b: str) -> tuple[str, str, str]:
         """Say that the axes are parallel: no direction is better than another."""
         return (

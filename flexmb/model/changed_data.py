@@ -315,7 +315,14 @@ def _left_out_in_units(known: LeftOutStiffness, length: float, mass: float, time
     force = mass * length / time**2
     factors = np.where(np.arange(12) < 3, time**2 / length, time**2)[:, None, None]
     loads = np.where(np.arange(6) < 3, 1.0 / force, 1.0 / (force * length))[:, None, None]
-    return replace(known, inertia=known.inertia * factors, interface=known.interface * loads)
+    unit = np.tile(np.where(np.arange(6) < 3, length, 1.0), len(known.turns))
+    return replace(
+        known,
+        inertia=known.inertia * factors,
+        interface=known.interface * loads,
+        translations=known.translations * length,
+        compliance=known.compliance * np.outer(unit, unit),
+    )
 
 
 def _left_out_in_axes(known: LeftOutStiffness, Q: np.ndarray, p: np.ndarray, s: float) -> LeftOutStiffness:
@@ -325,7 +332,14 @@ def _left_out_in_axes(known: LeftOutStiffness, Q: np.ndarray, p: np.ndarray, s: 
     H = np.eye(soft + 3)
     H[soft:, soft:] = s * Q
     parts = {f.name: H @ getattr(moved, f.name) @ H.T for f in fields(moved)}
-    return LeftOutStiffness(**parts, turns=s * Q @ known.turns)
+    axes = np.kron(np.eye(2 * len(known.turns)), Q)
+    axes[np.arange(len(axes)) % 6 >= 3] *= s  # turns
+    return LeftOutStiffness(
+        **parts,
+        translations=Q @ known.translations,
+        turns=s * Q @ known.turns,
+        compliance=axes @ known.compliance @ axes.T,
+    )
 
 
 def _with_effective_mass(data: Data, G: np.ndarray) -> Data:

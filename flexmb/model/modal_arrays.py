@@ -87,10 +87,14 @@ class LeftOutStiffness(GeometricStiffness):
     strain energy 1/2 at a coordinate of 1, in a unit of energy of their own, so that only the units of the loads count:
     the eigenvalues of the sum of the matrices, each times its load, are relative changes of stiffness.
 
-    ``turns`` (ni, 3, k): turn of each interface by the shapes, in body axes, in the unit of the last three coordinates.
+    ``translations`` (ni, 3, k), m, and ``turns`` (ni, 3, k): motion of each interface by the shapes, in body axes, for
+    one unit of the last three coordinates. ``compliance`` (6 ni, 6 ni): what the stiffer shapes add to the motions
+    (translation, turn) of the interfaces under unit forces and moments on them, in these units.
     """
 
+    translations: np.ndarray
     turns: np.ndarray
+    compliance: np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -56,7 +56,9 @@ def check_shapes(data: ModalArrays) -> None:
             _check(part, f"geometric.{name}", getattr(data.geometric, name), shape)
     if data.left_out is not None:
         soft = np.shape(data.left_out.preload)[-1] - 3 if np.ndim(data.left_out.preload) else 0
-        expected = _unit_loads(soft + 3, data.n_interfaces, loads) | {"turns": (data.n_interfaces, 3, soft)}
+        n = data.n_interfaces
+        motions = {"translations": (n, 3, soft), "turns": (n, 3, soft), "compliance": (6 * n, 6 * n)}
+        expected = _unit_loads(soft + 3, n, loads) | motions
         for name, shape in expected.items():
             _check(part, f"left_out.{name}", getattr(data.left_out, name), shape)
 

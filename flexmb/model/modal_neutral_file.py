@@ -26,6 +26,9 @@ VERSION = 1
 PRESSURE, ONTO = "pressure", "onto the surface"
 """Attribute of files whose load shapes of surfaces push onto them; in former times they pulled outwards."""
 
+KNOWN = "stiffness left out"
+"""Attribute of files that hold the geometric stiffness which a reduction leaves out, as far as it can be known."""
+
 TOLD = "warnings given"
 """Dataset of a kept reduction: the warnings that were given as it was made."""
 
@@ -42,6 +45,7 @@ def save(data: ModalArrays, path: str | Path, told: Sequence[tuple[str, str]] = 
     with hdf5.writing(path, schema=SCHEMA, version=VERSION) as file:
         write(data, file)
         file.attrs[PRESSURE] = ONTO
+        file.attrs[KNOWN] = "by interfaces"
         if told:  # bytes and no attribute, which holds 64 kB at most
             file.create_dataset(TOLD, data=np.frombuffer(json.dumps(list(told)).encode(), np.uint8))
     return path
@@ -64,6 +68,8 @@ def load(path: str | Path, kind: type[Data]) -> Data:
         data = read(file, kind)
         if data.load_names and file.attrs.get(PRESSURE) != ONTO:
             _tell_of_old_sign(data, path)
+        if KNOWN not in file.attrs and data.geometric is None and data.n_modes:
+            _tell_of_unknown_stiffness(data, path)
         return data
 
 
@@ -131,7 +137,7 @@ def read(group, kind: type[Data]) -> Data:
         elif name not in ("rotation_shapes", "stress_modes", "load_turning", "preload_turning"):
             raise KeyError(f"'{name}' is missing")
     for name, record in _GROUPS.items():
-        if name in group:
+        if name in group and not (name == "left_out" and "compliance" not in group[name]):  # of former times
             values[name] = record(**{f.name: group[name][f.name][()] for f in fields(record)})
     if "invariants" not in values:
         raise KeyError("'invariants' is missing")
@@ -160,6 +166,17 @@ def _tell_of_old_sign(data: ModalArrays, path: str | Path) -> None:
         f"the opposite of today's sign; its load shape{'s' if len(data.load_names) > 1 else ''} {names} may be of "
         "that kind (tractions in a direction, line loads and nodal forces are not); expected: pressures that push onto "
         "the surface. Reduce it again from its mesh, and give suction a negative amount",
+        ValidityWarning,
+        stacklevel=4,
+    )
+
+
+def _tell_of_unknown_stiffness(data: ModalArrays, path: str | Path) -> None:
+    """Warn that nothing will be told of buckling: files of former times do not hold what is needed."""
+    warnings.warn(
+        f"Reduced body '{data.name}' in '{path}': it has no geometric stiffness, and it is not known by how much loads "
+        "change its stiffness: the file is of a former version; expected: a file that tells it. Reduce it again from "
+        "its mesh; until then no run warns where it would buckle",
         ValidityWarning,
         stacklevel=4,
     )

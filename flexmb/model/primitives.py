@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
 from flexmb.model.table import Compiler, Table
 
 __all__ = ["Equation", "Freedom"]
@@ -25,17 +23,6 @@ class Equation:
     def involved(self, markers: tuple[int, ...]) -> tuple[int, ...]:
         """Return the joint's markers on which the equation acts: one leg each, in this order."""
         return markers[:2]
-
-    def held_turns(self, number: int, R_a: np.ndarray, R_b: np.ndarray) -> np.ndarray:
-        """Return directions (n, 3), in W, that hold marker a (number 0) or b (1) against turning about them: an
-        equation that does not say holds all.
-
-        Parameters
-        ----------
-        R_a, R_b : (3, 3)
-            Axes of the first two markers, in W.
-        """
-        return np.eye(3)
 
     def idle(self, a: str, b: str) -> tuple[str, str, str] | None:
         """Return what is found, expected and to be done where no small motion of markers a and b changes the equation;

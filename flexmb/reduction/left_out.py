@@ -20,7 +20,7 @@ from flexmb.reduction.statics import HeldBody
 
 __all__ = ["left_out_stiffness"]
 
-SOFTEST = 12
+SOFTEST = 18
 """Shapes of the lowest frequencies: slender bodies buckle and stiffen in them."""
 AT_ONCE = 24
 """Loads whose forces and displacements are kept at once: for 300 000 nodes they take 29 MB each."""
@@ -33,10 +33,10 @@ def left_out_stiffness(
 ) -> LeftOutStiffness | None:
     """Return the changes of stiffness by unit loads on the softest shapes; None where they are unknown.
 
-    Shapes are seen from their mean motion. How a body is held decides from where its shapes must be seen: a column
-    between pins carries four times the load that it carries when one end is clamped. So the turns of the body are
-    coordinates too, and a run that knows the joints puts the turn in that an interface takes. Stresses are those of the
-    basis, exact for loads on interfaces.
+    Shapes are seen from their mean motion. How a body is held decides which of them it can take: a column between pins
+    carries four times the load that it carries when one end is clamped. So the turns of the body are coordinates too,
+    the motions of the interfaces are kept, and a run that knows the joints lets what these hold stand still, where the
+    stiffer shapes help with their compliance. Stresses are those of the basis, exact for loads on interfaces.
 
     Parameters
     ----------
@@ -49,19 +49,16 @@ def left_out_stiffness(
         return None
     if own + 6 * len(interfaces) + forces.shape[1] > MOST:
         return None
-    soft = np.argsort(basis.w2)[:SOFTEST]
-    rigid = fe.rigid_motions()
-    shapes = basis.shapes[:, soft] / np.sqrt(basis.w2[soft])
-    momenta = fe.M @ rigid
-    mass = rigid.T @ momenta
-    scale = 1.0 / np.sqrt(np.where(np.diag(mass) > 0.0, np.diag(mass), 1.0))  # a planar model lacks some motions
-    inverse = scale[:, None] * np.linalg.pinv(mass * np.outer(scale, scale), hermitian=True) * scale
-    shapes = shapes - rigid @ (inverse @ (momenta.T @ shapes))
-    turns = np.array([marker.matrix[3:] @ shapes for marker in interfaces]).reshape(len(interfaces), 3, len(soft))
-    unit = float(np.abs(turns).max(initial=0.0)) or 1.0
+    order = np.argsort(basis.w2)
+    shapes = _about_the_mean(fe, basis.shapes[:, order] / np.sqrt(basis.w2[order]))
+    motions = np.concatenate([np.zeros((0, shapes.shape[1])), *(marker.matrix @ shapes for marker in interfaces)])
+    motions = motions.reshape(len(interfaces), 6, -1)
+    unit = float(np.abs(motions[:, 3:, :SOFTEST]).max(initial=0.0)) or 1.0
+    shapes, motions, rest = shapes[:, :SOFTEST], motions[:, :, :SOFTEST] / unit, motions[:, :, SOFTEST:] / unit
+    rest = rest.reshape(6 * len(interfaces), -1)
     parts = [sparse.csc_matrix(inertia_loads(fe)), *(m.matrix.T for m in interfaces), sparse.csc_matrix(forces)]
     columns = sparse.hstack(parts, format="csc")
-    G = _unit_stiffness(body, basis, interfaces, columns, np.hstack([shapes, unit * rigid[:, 3:]]))
+    G = _unit_stiffness(body, basis, interfaces, columns, np.hstack([shapes, unit * fe.rigid_motions()[:, 3:]]))
     if not np.all(np.isfinite(G)):  # loads beyond the range of numbers
         return None
     inertia, interface, loads = np.split(G, [own, own + 6 * len(interfaces)])
@@ -70,8 +67,20 @@ def left_out_stiffness(
         interface=interface.reshape(len(interfaces), 6, *G.shape[1:]),
         loads=loads,
         preload=np.zeros(G.shape[1:]),
-        turns=turns / unit,
+        translations=motions[:, :3],
+        turns=motions[:, 3:],
+        compliance=rest @ rest.T,
     )
+
+
+def _about_the_mean(fe, shapes: np.ndarray) -> np.ndarray:
+    """Return the shapes (ndof, k) without momenta: as seen from their mean motion."""
+    rigid = fe.rigid_motions()
+    momenta = fe.M @ rigid
+    mass = rigid.T @ momenta
+    scale = 1.0 / np.sqrt(np.where(np.diag(mass) > 0.0, np.diag(mass), 1.0))  # a planar model lacks some motions
+    inverse = scale[:, None] * np.linalg.pinv(mass * np.outer(scale, scale), hermitian=True) * scale
+    return shapes - rigid @ (inverse @ (momenta.T @ shapes))
 
 
 def _unit_stiffness(body: HeldBody, basis: Basis, interfaces, columns, motions) -> np.ndarray:

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
-from flexmb.bodies.floating.row import mean_motion
+from flexmb.bodies.floating.holders import Holders
+from flexmb.bodies.floating.row import invariants, mean_motion
 from flexmb.bodies.floating.stiffness import load_scales, mean_acceleration
 from flexmb.math.rotations import euler_to_matrix
 
 __all__ = ["LeftOut"]
 
-ALIGNED = 1e-6
-"""Sine of the angle between directions that count as one; of the largest singular value."""
+ALIGNED = 1e-4
+"""Size of a rigid motion, of the largest, up to which an equation counts as leaving it free."""
+YIELD = 1e-10
+"""Compliance of what holds a body, of the body's own there: equations may depend on each other."""
+PAIRS = 6
+"""Neighbours up to which each two of them are looked at together."""
 
 
 class LeftOut:
     """Change of stiffness by the loads of one body, from the matrices of its reduction (`ModalNeutralData.left_out`).
 
-    The matrices of all loads, with their signs, make one, whose largest eigenvalue, in size, is the change. The body is
-    seen from its mean motion, as between pins, and from each interface that a joint or force holds against turning, as
-    clamped there; the largest change counts. An interface may be held by what yields, so a change can be told too high;
-    two interfaces that hold an end together, as bearings do, are not seen as a clamp, so it can be told too low.
+    The matrices of all loads, with their signs, make one, whose largest eigenvalue, in size, is the change. What joints
+    to the ground hold stands still. Bodies and forces beside it may hold or yield: the body is seen from its mean
+    motion, and as if each of them, each two, and all of them held; the largest change counts. With fewer
+    conditions a body can take more shapes, so where neighbours hold more than that, the change is told too high.
 
     Parameters
     ----------
@@ -33,13 +40,19 @@ class LeftOut:
 
     def __init__(self, body, data, row, causes, system):
         known = data.left_out
-        self.row, self.causes, self.turns, self.markers = row, causes, known.turns, system.marker_index
+        self.row, self.causes = row, causes
         groups = (known.inertia, known.interface.reshape(-1, *known.preload.shape), known.loads, known.preload[None])
         self.matrices = np.concatenate(groups)
-        self.holders = [_holders(system.model, f"{body.name}.{name}") for name in data.marker_names[: len(known.turns)]]
+        self.motions = np.concatenate([known.translations, known.turns], axis=1)  # (ni, 6, k)
+        self.compliance = known.compliance
+        self.places = data.marker_positions[: len(known.turns)]
+        names = [f"{body.name}.{name}" for name in data.marker_names[: len(known.turns)]]
+        self.holders = Holders(body.name, names, system)
+        vv, vw, _, _, ww = invariants(system.program.bulk, row["mass"], row["modes"])[:5]
+        self.unit_motions = _unit_motions(np.block([[ww, vw.T], [vw, vv]]))
 
-    def share(self, bulk, state, work) -> tuple[float, str]:
-        """Return the relative change of stiffness, and what has the largest part in it."""
+    def share(self, bulk, state, work) -> tuple[float, str, float]:
+        """Return the relative change of stiffness, what has the largest part in it, and the largest loss, 1: all."""
         row, R, fall = self.row, np.empty((3, 3)), np.empty(6)
         iu, first, scales = row["iu"], row["first_load"], np.empty(len(self.matrices))
         A = state.a[iu : iu + 6 + row["modes"]].copy()
@@ -49,57 +62,53 @@ class LeftOut:
         wrenches = work.markers[row["marker"] : row["marker"] + row["interfaces"]]
         load_scales(state.u[iu : iu + 6], fall, R, wrenches, work.loads[first : first + row["loads"]], scales)
         G = np.tensordot(scales, self.matrices, 1)
-        change, shape = max((_largest(T.T @ G @ T, T) for T in self._views(R, work)), key=lambda found: found[0])
+        found = [self._changes(G, rows) for rows in self._views(R, work)]
+        change, shape = max((pair for pairs in found for pair in pairs), key=lambda pair: abs(pair[0]))
         parts: dict[str, float] = {}
         for cause, part in zip(self.causes, scales * np.einsum("j,ijk,k->i", shape, self.matrices, shape), strict=True):
             parts[cause] = parts.get(cause, 0.0) + part
-        return change, max(parts, key=lambda cause: abs(parts[cause]))
+        loss = max(0.0, *(-value for pairs in found for value, _ in pairs))
+        return abs(change), max(parts, key=lambda cause: abs(parts[cause])), loss
 
     def _views(self, R, work):
-        """Yield, for each way to see the shapes, what they are with the turn of the body, (k + 3, k)."""
-        soft = self.matrices.shape[1] - 3
-        yield np.eye(soft + 3, soft)
-        for turn, holders in zip(self.turns, self.holders):
-            held = [np.zeros((0, 3))]
-            for equation, number, pair in holders:
-                held.append(_about(equation, number, *(work.markers[self.markers[name]]["R"] for name in pair)))
-            s, axes = np.linalg.svd(np.concatenate(held) @ R)[1:] if sum(map(len, held)) else ((), np.eye(3))
-            some = axes[: np.count_nonzero(np.asarray(s) > ALIGNED * max(s, default=0.0))]
-            if len(some):
-                yield np.vstack([np.eye(soft), -some.T @ some @ turn])
+        """Yield, for each choice of neighbours that hold, what is held: rows (n, 6 ni) on the interfaces' motions."""
+        ground, *others = self.holders.rows(R, work)
+        for size in sorted({0, min(1, len(others)), 2 if 2 <= len(others) <= PAIRS else 0, len(others)}):
+            for chosen in combinations(others, size):
+                yield np.concatenate([ground, *chosen])
+
+    def _changes(self, G, rows):
+        """Return the lowest and the highest change of stiffness, each with its shape with the turn of the body."""
+        k = self.motions.shape[2]
+        soft = rows @ self.motions.reshape(-1, k)
+        along, turn = np.split(rows.reshape(len(rows), len(self.places), 6), 2, axis=2)
+        rigid = np.hstack([np.sum(turn + np.cross(self.places, along), axis=1), np.sum(along, axis=1)])
+        free = rigid @ self.unit_motions
+        _, s, axes = np.linalg.svd(free, full_matrices=False)
+        held = axes[s > ALIGNED * max(s, default=0.0)].T  # what is not held has no momentum
+        rest = rows @ self.compliance @ rows.T
+        size = np.sqrt(np.einsum("ij,ij->i", soft, soft) + np.diag(rest) + np.einsum("ij,ij->i", free, free))
+        size[size == 0.0] = 1.0
+        soft, free, rest = soft / size[:, None], free / size[:, None], rest / np.outer(size, size)
+        C = _compliance(soft, free @ held, rest + YIELD * np.eye(len(rows)))
+        T = np.zeros((k + 3, len(C)))
+        T[:k, :k], T[k:, k:] = np.eye(k), (self.unit_motions @ held)[:3]
+        T = T @ C
+        values, vectors = np.linalg.eigh(T.T @ G @ T)
+        return [(float(values[n]), T @ vectors[:, n]) for n in (0, -1)]
 
 
-def _about(equation, number, *R) -> np.ndarray:
-    """Return the directions (n, 3), in W, about which an equation, or a force (None), holds its marker."""
-    return np.eye(3) if equation is None else equation.held_turns(number, *R[:2])
+def _compliance(soft, turns, rest) -> np.ndarray:
+    """Return a factor C, C C^T the compliance of shapes (n, k) and rigid motions (n, r) that supports (n, n) hold."""
+    k, r = soft.shape[1], turns.shape[1]
+    both = np.block([[np.eye(k), np.zeros((k, r)), soft.T], [np.zeros((r, k + r)), turns.T], [soft, turns, -rest]])
+    w, axes = np.linalg.eigh(np.linalg.inv(both)[: k + r, : k + r])
+    return axes * np.sqrt(np.maximum(w, 0.0))
 
 
-def _largest(relative, T) -> tuple[float, np.ndarray]:
-    """Return the eigenvalue that is largest in size, and its shape with the turn of the body."""
-    values, vectors = np.linalg.eigh(relative)
-    k = int(np.abs(values).argmax())
-    return float(abs(values[k])), T @ vectors[:, k]
-
-
-def _holders(model, marker: str) -> list[tuple]:
-    """Return (equation, its number among the markers, markers) of the joints at a marker, and (None, ...) of forces."""
-    found = []
-    for joint in model.joints:
-        markers = joint.resolved_markers(model)
-        if marker in markers:
-            found += [(equation, markers.index(marker), markers) for equation in joint.equations_in(model)]
-    for force in model.forces:
-        pair = _held_by(force, model)
-        if marker in pair:
-            found.append((None, 0, pair))
-    return found
-
-
-def _held_by(force, model) -> tuple[str, ...]:
-    """Return the markers that a force can hold against turning."""
-    if not force.holds_turns:
-        return ()
-    if hasattr(force, "place"):
-        coordinate, markers = force.place(model)
-        return markers if coordinate.kind == "turn" else ()
-    return getattr(force, "markers", None) or ()
+def _unit_motions(mass: np.ndarray) -> np.ndarray:
+    """Return rigid motions (6, r), turns first, of unit mass and without mutual momenta; a plane lacks some."""
+    scale = 1.0 / np.sqrt(np.where(np.diag(mass) > 0.0, np.diag(mass), 1.0))
+    w, axes = np.linalg.eigh(mass * np.outer(scale, scale))
+    some = w > 1e-12 * w[-1]
+    return scale[:, None] * axes[:, some] / np.sqrt(w[some])

@@ -32,6 +32,11 @@ DEFORMATION = 0.1
 """Largest displacement, relative to the body's size, that counts as small."""
 CHANGE = 0.1
 """Change of the stiffness by loads, relative to it, that may be left out."""
+UNKNOWN = (
+    "{title} has no geometric stiffness, and it is not known by how much loads change its stiffness: its data hold no "
+    "elements, or are of a former version, or have very many interfaces. Reduce it again with geometric_stiffness=True "
+    "if it may buckle or spins fast."
+)
 LOOKS = 16
 """Samples of a block at which the load is looked at; it costs an evaluation and an eigenvalue problem."""
 
@@ -92,8 +97,9 @@ class _Limits:
             + [f"load '{name}'" for name in data.load_names]
             + ["preload"]
         )
-        unknown = data.left_out is None or row["stiffening"]
-        self.left_out = None if unknown else LeftOut(body, data, row, self.causes, system)
+        self.unknown = data.left_out is None and data.geometric is None
+        known = data.left_out is not None and not row["stiffening"]
+        self.left_out = LeftOut(body, data, row, self.causes, system) if known else None
 
     def deformation(self, eta):
         """Return the displacement relative to the size, (nt, watched nodes), from eta (nt, m)."""
@@ -129,6 +135,7 @@ class FloatingWatch:
         rows = program.raw[program.starts[kind] : program.starts[kind + 1]].view(ROW)
         elastic = [(body, row) for body, row in zip(bodies, rows, strict=True) if row["modes"] > 0]
         self.limits = [_Limits(body, row, system) for body, row in elastic]
+        self.notes = [UNKNOWN.format(title=limits.title) for limits in self.limits if limits.unknown]
         self.unstiffened = [n for n, limits in enumerate(self.limits) if limits.left_out is not None]
         self.spans = [system.body_slices[body.name] for body, _ in elastic]
         self.bulk = program.bulk
@@ -163,7 +170,8 @@ class FloatingWatch:
             values, cause = body.load(scales[:, self.first[n] : self.first[n + 1]])
             yield body.title, "load", f"most of it from {cause}" if cause else "", looks, values
             if n in left_out:
-                changes, causes = zip(*left_out[n])
+                changes, causes, losses = zip(*left_out[n])
                 cause = causes[int(np.argmax(changes))]
+                yield body.title, "softening left out", "", looks, np.array(losses)
                 yield body.title, "left out", f"most of it by {cause}", looks, np.array(changes) / CHANGE
             yield body.title, "speed", "", everything, np.linalg.norm(u[:, 3:6], axis=1) / (body.highest or np.inf)

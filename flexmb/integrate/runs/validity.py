@@ -44,8 +44,9 @@ ADVICE = {
     ),
 }
 """Per measure: what is found, what is expected, what to do."""
-BUCKLED = {"load": 1.0, "left out": 10.0}
-"""Measures from which on a body has buckled: its load, or a change of stiffness as large as that, ten times a tenth."""
+BUCKLED = ("load", "softening left out")
+"""Measures that are 1 where a body buckles: its load, or the stiffness that loads would take away; the second is told
+as "left out"."""
 
 
 class Validity:
@@ -88,7 +89,7 @@ class Validity:
             for title, measure, place, samples, values in watch.measure(rows, lambda k: self._evaluated(rows, k)):
                 k = int(np.argmax(values))
                 known = self.largest.setdefault(title, {})
-                if values[k] > 1.0 >= known.get(measure, 0.0):
+                if measure in ADVICE and values[k] > 1.0 >= known.get(measure, 0.0):
                     first = samples[np.flatnonzero(values > 1.0)[0]]
                     since = self._since.format(t=float(rows["t"][first]))
                     beyond.setdefault(title, {})[measure] = place, float(values[k]), since
@@ -102,7 +103,7 @@ class Validity:
     def buckles(self, title: str) -> bool:
         """Does a body carry more than its buckling load, or loads that take its stiffness away?"""
         known = self.largest.get(title, {})
-        return any(known.get(measure, 0.0) >= limit for measure, limit in BUCKLED.items())
+        return any(known.get(measure, 0.0) >= 1.0 for measure in BUCKLED)
 
     def share(self, joints: list[str]) -> None:
         """Keep the joints whose reactions are not unique in a phase, each with its equations."""
@@ -144,6 +145,7 @@ class Validity:
         self._system, self._work = system, system.workspace()
         self._creep = CreepWatch(system, self.sentences)
         self._watches = [kind.watch([b for b in system.model.bodies if type(b) is kind], system) for kind in kinds]
+        self.note([sentence for watch in self._watches for sentence in watch.notes])
 
     def _evaluated(self, rows, k):
         state = State(
