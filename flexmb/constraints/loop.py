@@ -12,17 +12,23 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.constraints.measured_kernels import ACCELERATION, MEASURED, POSITION, SIGNAL, VELOCITY, measure_scalar
-from flexmb.math import operations as op
-from flexmb.math.callbacks import call_back
-from flexmb.math.jets import run_program
+from flexmb.constraints.loop_values import by_atoms, integers, program_values
+from flexmb.constraints.measured_kernels import (
+    ACCELERATION,
+    MEASURED,
+    POSITION,
+    SIGNAL,
+    VELOCITY,
+    WHATS,
+    measure_scalar,
+)
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.plain_loops import knots_until
 from flexmb.math.switches import FORMULA, OF_LENGTHS, PIECE, PIECE_BEGIN, PIECE_END, UNKNOWN, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.table import Table
 
-__all__ = ["LOOP", "LOOP_TANGENT", "OF_ATOM", "OF_PROGRAM", "words"]
+__all__ = ["LOOP", "LOOP_TANGENT", "OF_ATOM", "words"]
 
 ROW = np.dtype(
     [
@@ -33,10 +39,14 @@ ROW = np.dtype(
         ("programs", np.int64),  # first operation of each in ops, and the end
         ("ops", np.int64),
         ("args", np.int64),
+        ("inputs", np.int64),  # of operations that read one: its number, and its place among those of its program
+        ("places", np.int64),
+        ("width", np.int64),  # the most inputs of a program
         ("n_tables", np.int64),
         ("tables", np.int64),  # numbers of all tables
         ("table_starts", np.int64),  # first number of each table, and the end
         ("uses", np.int64),  # inputs that programs read
+        ("n_uses", np.int64),
         ("use_starts", np.int64),  # first of each program, and the end
         ("affine", np.int64),  # 1: a program is a constant and its inputs times numbers
         ("constants", np.int64),  # its constant
@@ -62,101 +72,45 @@ ROW = np.dtype(
     align=True,
 )
 WORDS = MEASURED.itemsize // 8
-OF_ATOM, OF_PROGRAM = 28, 4
-"""Numbers kept of an atom (jet, sort, push and slope) and of a program (jet, derivative by its first input)."""
-_STACK = op.STACK
+_STATE = WHATS.index("state")
+OF_ATOM = 27
+"""Numbers kept of an atom: value, rate, sort, push and slope. Of a program its value is kept, and its derivatives."""
 
 
 @inner_kernel
-def _integers(data, first, count):
-    """Return integers of the bulk data, which are stored as their bits."""
-    return data[first : first + count].view(np.int64)
-
-
-@inner_kernel
-def _code(row, data):
-    """Return the programs of a row: addresses, bounds, operations, arguments, inputs, tables.
-
-    They are looked up once for all programs: a slice costs as much as a short program.
-    """
-    bounds = _integers(data, row.programs, row.n + 1)
-    size = bounds[row.n]
-    starts = _integers(data, row.use_starts, row.n + 1)
-    table_starts = _integers(data, row.table_starts, row.n_tables + 1)
-    return (
-        _integers(data, row.addresses, row.n),
-        bounds,
-        _integers(data, row.ops, size),
-        data[row.args : row.args + size],
-        starts,
-        _integers(data, row.uses, starts[row.n]),
-        data[row.tables : row.tables + table_starts[row.n_tables]],
-        table_starts,
-        _integers(data, row.affine, row.n),
-        data[row.constants : row.constants + row.n],
-        data[row.factors : row.factors + starts[row.n]],
-    )
-
-
-@inner_kernel
-def _run(code, p, time, z, stack, answer):
-    """Leave value and derivative along the seeds of program p in stack[0]."""
-    addresses, bounds, ops, args, starts, uses, tables, table_starts = code[:8]
-    if addresses[p] != 0:
-        count = starts[p + 1] - starts[p]
-        given = np.empty(1 + count)
-        given[0] = time[0]
-        for k in range(count):
-            given[1 + k] = z[uses[starts[p] + k], 0]
-        call_back(addresses[p], given.ctypes.data, answer.ctypes.data)
-        stack[0, 0], stack[0, 1] = answer[0], 0.0
-        for k in range(count):
-            stack[0, 1] += answer[1 + k] * z[uses[starts[p] + k], 1]
-        return
-    run_program(ops, args, bounds[p], bounds[p + 1], time, z, tables, table_starts, stack)
-
-
-@inner_kernel
-def _values(row, data, state, work, count, z, sorts, push, slope, first):
-    """Measure the atoms, and write the values of `count` programs behind them in `z` (n_atoms + n, 3).
-
-    The last column, which first derivatives do not need, receives the rates of the atoms; `first` (n,) the derivatives
-    of programs by their first inputs, which cost nothing more.
-    """
-    atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
-    jet, time, stack, answer = np.empty(3), np.zeros(3), np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
-    time[0] = state.t
-    z[:] = 0.0
-    code = _code(row, data)
+def _values(row, data, state, work, count, wanted, kept):
+    """Measure the atoms, and write the values of `count` programs behind them, if wanted with their derivatives."""
+    z, rates, sorts, push, slope, by = kept
+    atoms, jet = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED), np.empty(3)
     for k in range(row.n_atoms):
-        sorts[k] = measure_scalar(atoms[k], state, work, jet, push[k], slope[k])
-        z[k, 0], z[k, 2] = jet[0], jet[1]
-    starts, uses, affine, constants, factors = code[4], code[5], code[8], code[9], code[10]
-    for p in range(count):
-        if affine[p] == 1:
-            total = constants[p]
-            for u in range(starts[p], starts[p + 1]):
-                total += factors[u] * z[uses[u], 0]
-            z[row.n_atoms + p, 0] = total
+        if atoms[k].what == _STATE:  # most atoms are: without a call
+            at, marker = atoms[k].axis, work.markers[atoms[k].b]
+            z[k], rates[k], sorts[k] = marker.v[at] if at < 3 else marker.w[at - 3], 0.0, VELOCITY
+            if wanted == 1:
+                push[k], slope[k] = 0.0, 0.0
+                push[k, 6 + at] = 1.0
             continue
-        seeded = starts[p + 1] > starts[p]
-        if seeded:
-            z[uses[starts[p]], 1] = 1.0
-        _run(code, p, time, z, stack, answer)
-        if seeded:
-            z[uses[starts[p]], 1] = 0.0
-        z[row.n_atoms + p, 0], first[p] = stack[0, 0], stack[0, 1]
+        sorts[k] = measure_scalar(atoms[k], state, work, jet, push[k], slope[k])
+        z[k], rates[k] = jet[0], jet[1]
+    program_values(row, data, state.t, count, wanted, z, by)
+
+
+@inner_kernel
+def _divided(row, place):
+    """Return what is kept of an evaluation as parts of a place: values of atoms and programs, rates, sorts, pushes and
+    slopes of atoms, derivatives of programs by their inputs.
+    """
+    a, n = row.n_atoms, row.n
+    z, rest = place[: a + n], place[a + n :]
+    rates, sorts = rest[:a], rest[a : 2 * a].view(np.int64)
+    push, slope = rest[2 * a : 14 * a].reshape((a, 12)), rest[14 * a : 26 * a].reshape((a, 12))
+    return z, rates, sorts, push, slope, rest[26 * a :]
 
 
 @inner_kernel
 def _kept(row, work):
-    """Return where an evaluation keeps jets, sorts, pushes and slopes of atoms, derivatives by first inputs."""
-    place = work.channels.reshape(-1)[6 * row.scratch :]
-    a, n = row.n_atoms, row.n
-    z = place[: 3 * (a + n)].reshape((a + n, 3))
-    place = place[3 * (a + n) :]
-    push, slope = place[: 12 * a].reshape((a, 12)), place[12 * a : 24 * a].reshape((a, 12))
-    return z, place[24 * a : 25 * a].view(np.int64), push, slope, place[25 * a : 25 * a + n]
+    """Return where an evaluation keeps its values for the derivatives."""
+    return _divided(row, work.channels.reshape(-1)[6 * row.scratch :])
 
 
 @row_kernel
@@ -165,52 +119,19 @@ def sample(raw, data, state, work):
     rows = raw.view(ROW)
     for m in range(rows.shape[0]):
         row = rows[m]
-        z, sorts, push, slope, first_slope = _kept(row, work)
-        _values(row, data, state, work, row.n_used, z, sorts, push, slope, first_slope)
-        outputs = _integers(data, row.outputs, 2 * row.n_outputs)
+        kept = _kept(row, work)
+        _values(row, data, state, work, row.n_used, work.weights[0].wanted, kept)
+        z = kept[0]
+        outputs = integers(data, row.outputs, 2 * row.n_outputs)
         for k in range(row.n_outputs):
             to = state.signals[outputs[2 * k + 1]]
-            to[0], to[1], to[2] = z[row.n_atoms + outputs[2 * k], 0], 0.0, 0.0
-        acts = _integers(data, row.acts, 5 * row.n_rates)
+            to[0], to[1], to[2] = z[row.n_atoms + outputs[2 * k]], 0.0, 0.0
+        acts = integers(data, row.acts, 5 * row.n_rates)
         for k in range(row.n_rates):
-            work.markers[acts[5 * k + 1]].wrench[acts[5 * k + 2]] += z[row.n_atoms + acts[5 * k], 0]
-        held = _integers(data, row.held, row.n_held)
+            work.markers[acts[5 * k + 1]].wrench[acts[5 * k + 2]] += z[row.n_atoms + acts[5 * k]]
+        held = integers(data, row.held, row.n_held)
         for k in range(row.n_held):  # a step leaves them as they are
             work.branches[held[k]] = state.q[len(state.q) - len(work.branches) + held[k]]
-
-
-@inner_kernel
-def _gradients(row, data, state, count, z, first):
-    """Return the derivatives (n, n_atoms) of the results of `count` programs by the atoms.
-
-    first : (n,), those of programs by their first inputs, of `_values`
-    """
-    found, time = np.zeros((row.n, row.n_atoms)), np.zeros(3)
-    stack, answer = np.empty((_STACK, 3)), np.zeros(1 + row.n_atoms + row.n)
-    time[0] = state.t
-    code = _code(row, data)
-    starts, uses, affine, factors = code[4], code[5], code[8], code[10]
-    for p in range(count):
-        for u in range(starts[p], starts[p + 1]):
-            i = uses[u]
-            if affine[p] == 1:
-                by = factors[u]
-            elif u == starts[p]:
-                by = first[p]
-            else:
-                z[i, 1] = 1.0
-                _run(code, p, time, z, stack, answer)
-                z[i, 1] = 0.0
-                by = stack[0, 1]
-            if by == 0.0:
-                continue
-            if i < row.n_atoms:
-                found[p, i] += by
-            else:
-                before, own = found[i - row.n_atoms], found[p]
-                for k in range(row.n_atoms):
-                    own[k] += by * before[k]
-    return found
 
 
 @inner_kernel
@@ -269,18 +190,18 @@ def tangent(raw, data, state, work):
         row = rows[m]
         if not moving and (row.implicit == 0 or weights.mass == 0.0):
             continue
-        z, sorts, push, slope, first_slope = _kept(row, work)  # as `sample` has left them in this evaluation
+        _, _, sorts, push, slope, by_inputs = _kept(row, work)  # as `sample` has left them in this evaluation
         atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
-        by_atoms = _gradients(row, data, state, row.n_used, z, first_slope)
-        acts = _integers(data, row.acts, 5 * row.n_acts)
-        blocks = _integers(data, row.blocks, 3 * acts[5 * row.n_acts - 1] if row.n_acts > 0 else 0)
+        gradients = by_atoms(row, data, row.n_used, by_inputs)
+        acts = integers(data, row.acts, 5 * row.n_acts)
+        blocks = integers(data, row.blocks, 3 * acts[5 * row.n_acts - 1] if row.n_acts > 0 else 0)
         none, by, column = np.zeros(6), np.empty((row.n_legs, 6)), np.empty(len(state.u))
         for k in range(row.n_acts):
             act = acts[5 * k : 5 * k + 5]
             for b in range(act[3], act[4]):
                 by[blocks[3 * b]] = 0.0
             for a in range(row.n_atoms):
-                x = by_atoms[act[0], a if atoms[a].source < 0 else atoms[a].source]
+                x = gradients[act[0], a if atoms[a].source < 0 else atoms[a].source]
                 if x == 0.0:
                     continue
                 if sorts[a] == ACCELERATION and atoms[a].leg_b >= 0:
@@ -320,22 +241,22 @@ def switch(raw, data, state, work, out):
         row = rows[m]
         if row.n_kinks == 0:
             continue
-        z, sorts = np.empty((row.n_atoms + row.n, 3)), np.empty(row.n_atoms, np.int64)
-        push, slope, first_slope = np.empty((row.n_atoms, 12)), np.empty((row.n_atoms, 12)), np.empty(row.n)
-        _values(row, data, state, work, row.n, z, sorts, push, slope, first_slope)
-        by_atoms = _gradients(row, data, state, row.n, z, first_slope)
-        kinks, units = _integers(data, row.kinks, 4 * row.n_kinks), _integers(data, row.units, row.n_atoms)
+        kept = _divided(row, np.empty(OF_ATOM * row.n_atoms + row.n + row.n_uses))  # those of the step are kept
+        _values(row, data, state, work, row.n, 1, kept)
+        z, rates, sorts = kept[:3]
+        gradients = by_atoms(row, data, row.n, kept[5])
+        kinks, units = integers(data, row.kinks, 4 * row.n_kinks), integers(data, row.units, row.n_atoms)
         for k in range(row.n_kinks):
             slot, kind, begin, count = kinks[4 * k], kinks[4 * k + 1], kinks[4 * k + 2], kinks[4 * k + 3]
             place = out[first + k]
             place[:] = 0.0
-            place[0], place[1], place[9] = abs(kind), z[row.n_atoms + slot, 0], 1.0
+            place[0], place[1], place[9] = abs(kind), z[row.n_atoms + slot], 1.0
             for a in range(row.n_atoms):
-                by = by_atoms[slot, a]
+                by = gradients[slot, a]
                 if by == 0.0:
                     continue
                 if sorts[a] == POSITION or sorts[a] == SIGNAL:
-                    place[4] += by * z[a, 2]
+                    place[4] += by * rates[a]
                 else:
                     place[UNKNOWN] = 1.0
                 if units[a] > 0:

@@ -9,7 +9,7 @@ from flexmb.math import operations as op
 from flexmb.model.affine import affine_parts
 from flexmb.model.expression import SignalProgram
 
-__all__ = ["LATER", "affine_rows", "inputs_of", "renumbered", "with_inputs"]
+__all__ = ["LATER", "affine_rows", "input_places", "inputs_of", "renumbered", "with_inputs"]
 
 LATER = 1_000_000
 """Inputs from here on are results of programs."""
@@ -49,3 +49,15 @@ def affine_rows(compiler, programs: list[SignalProgram], addresses: list[int], u
         "constants": compiler.bulk(np.array([0.0 if parts is None else parts[0] for parts in found])),
         "factors": compiler.bulk(np.array(of_inputs)),
     }
+
+
+def input_places(compiler, programs: list[SignalProgram], uses: list[list[int]]) -> dict[str, int]:
+    """Return where it stands in the bulk data which input an operation reads, and which of its program's that is."""
+    numbers, places = [], []
+    for program, read in zip(programs, uses, strict=True):
+        for code, argument in zip(program.ops.tolist(), program.args.tolist(), strict=True):
+            number = int(argument) if code == op.INPUT else -1
+            numbers.append(number)
+            places.append(read.index(number) if number >= 0 else -1)
+    width = max((len(read) for read in uses), default=0)
+    return {"inputs": compiler.bulk(words(numbers)), "places": compiler.bulk(words(places)), "width": width}

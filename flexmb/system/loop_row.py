@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.constraints import Measured
-from flexmb.constraints.loop import OF_ATOM, OF_PROGRAM, words
+from flexmb.constraints.loop import OF_ATOM, words
 from flexmb.constraints.measured_kernels import MEASURED, REACTION
 from flexmb.errors import ModelError
 from flexmb.math.tables import DIRECT
@@ -16,7 +16,7 @@ from flexmb.model.expression import joined_arrays
 from flexmb.model.table import in_order
 from flexmb.system.holds import Hold, upstream_first
 from flexmb.system.loop_kinks import kink_rows
-from flexmb.system.loop_programs import affine_rows, inputs_of, renumbered
+from flexmb.system.loop_programs import affine_rows, input_places, inputs_of, renumbered
 
 __all__ = ["loop_row"]
 
@@ -39,9 +39,10 @@ def loop_row(loops, used: int) -> dict[str, Any]:
     rows["source"] = sources
     programs = [renumbered(program, n_atoms) for program in loops.programs]
     ops, args, tables = joined_arrays(programs)
-    scratch, needed = loops.n_channels, OF_ATOM * n_atoms + OF_PROGRAM * len(programs)
-    loops.n_channels += -(-needed // 6)
     uses = [inputs_of(program) for program in programs]
+    n_uses = sum(len(of_one) for of_one in uses)
+    scratch = loops.n_channels
+    loops.n_channels += -(-(OF_ATOM * n_atoms + len(programs) + n_uses) // 6)
     read = _atoms_read(uses, n_atoms)
     for of_one in read:
         of_one |= {k for k, source in enumerate(sources) if source in of_one}
@@ -62,6 +63,8 @@ def loop_row(loops, used: int) -> dict[str, Any]:
         "programs": compiler.bulk(words(np.cumsum([0] + [len(p.ops) for p in programs]))),
         "ops": compiler.bulk(words(ops)),
         "args": compiler.bulk(args),
+        **input_places(compiler, programs, uses),
+        "n_uses": n_uses,
         "n_tables": len(tables),
         "tables": compiler.bulk(np.concatenate([*tables, np.zeros(0)])),
         "table_starts": compiler.bulk(words(np.cumsum([0] + [len(table) for table in tables]))),
