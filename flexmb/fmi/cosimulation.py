@@ -17,7 +17,8 @@ from flexmb.errors import IntegrationError, ModelError, did_you_mean, listed
 from flexmb.fmi.exchange_steps import SteppedExchange
 from flexmb.fmi.inside import output_names
 from flexmb.fmi.library import release
-from flexmb.fmi.unit_file import FATAL, Speaking, find_variable, load_unit, read_unit, require_platform
+from flexmb.fmi.unit_file import FATAL, Speaking, load_unit, read_unit, require_platform, what_it_is_for
+from flexmb.fmi.unit_variables import Element, UnitVariables
 from flexmb.integrate import Stepper, stepper
 from flexmb.model.described import Described, is_number
 from flexmb.model.model import Model
@@ -27,6 +28,8 @@ __all__ = ["Fmu", "cosimulate"]
 
 MOST_STEPS = 50_000_000
 """Steps of one run: the state of each is kept."""
+SETTABLE, READABLE = ("input", "parameter"), ("output", "local")
+"""Causalities of what may be set and read; a new value of a parameter counts from the start on."""
 CO_SIMULATION, MODEL_EXCHANGE = "co-simulation", "model exchange"
 
 
@@ -43,7 +46,9 @@ class Fmu(metaclass=Described):
     outputs : mapping of input of the model to variable of the unit
         ``{"torque": "u"}``, for ``effort=flexmb.input("torque")``.
     parameters : mapping of variable of the unit to number
-        Set before the start.
+        Set before the start. Variables may be reals, integers, enumerations (by number), booleans (0 and 1) and
+        elements of arrays, ``"A[2,1]"``. Of what is connected, integers take the nearest number, and booleans are true
+        from 0.5 on.
     kind : "co-simulation" or "model exchange"
         The unit brings its solver; or it says how fast its states change, and is integrated here with its inputs held,
         to a relative tolerance of 1e-9, with its events found. `ModelExchange` makes states part of the system.
@@ -73,7 +78,7 @@ class Fmu(metaclass=Described):
                     remedy=f'Write {name}={{"u": "angle"}}',
                 )
         for name, value in self.parameters.items():
-            if not is_number(value):
+            if not is_number(value) and not isinstance(value, bool):
                 raise ModelError(
                     f"Fmu '{self.path}'",
                     found=f"parameter {name} = {value!r}",
@@ -96,10 +101,14 @@ class _Unit:
         path = Path(described.path)
         fmpy, about, unpacked = read_unit(path, self.title, folder)
         self._require_runnable(fmpy, about, path)
-        self.variables = {v.name: v for v in about.modelVariables}
         kind = {"2.0": fmpy.fmi2.FMU2Slave}.get(about.fmiVersion, fmpy.fmi3.FMU3Slave)
         self.old = about.fmiVersion == "2.0"
-        self.slave = load_unit(kind, about, about.coSimulation.modelIdentifier, unpacked, path, self.title)
+        self.variables = UnitVariables(self.title, about.modelVariables, self.old)
+        for name in described.parameters:
+            self.variables.find(name, *SETTABLE)
+        self.slave = self.variables.unit = load_unit(
+            kind, about, about.coSimulation.modelIdentifier, unpacked, path, self.title
+        )
         with self._speaking("cannot be started"):
             self.slave.instantiate()
             self._begin(start, end)
@@ -108,7 +117,7 @@ class _Unit:
         if about.coSimulation is None or about.fmiVersion not in ("2.0", "3.0"):
             raise ModelError(
                 self.title,
-                found=f"FMI {about.fmiVersion}" + ("" if about.coSimulation else " without co-simulation"),
+                found=what_it_is_for(about, CO_SIMULATION if about.coSimulation is None else ""),
                 expected="a unit for co-simulation of FMI 2.0 or 3.0",
                 remedy='Export it for co-simulation, with its solver, or write kind="model exchange"',
             )
@@ -140,23 +149,19 @@ class _Unit:
             self.slave.enterInitializationMode(startTime=start, stopTime=end)
         self.slave.exitInitializationMode()
 
-    def variable(self, name: str, *causalities: str) -> Any:
-        """Return a real variable of one of these causalities; ModelError if there is none."""
-        return find_variable(self.title, self.variables, name, *causalities)
+    def variable(self, name: str, *causalities: str) -> Element:
+        """Return a number of one of these causalities; ModelError if there is none."""
+        return self.variables.find(name, *causalities)
 
     def set(self, name: str, value: float) -> None:
         """Set a variable."""
-        write = self.slave.setReal if self.old else self.slave.setFloat64
-        variable = self.variable(name, "input", "parameter")
         with self._speaking(f"failed when '{name}' was set to {value:.9g}"):
-            write([variable.valueReference], [value])
+            self.variables.set(name, value, *SETTABLE)
 
     def get(self, name: str) -> float:
         """Return the value of a variable."""
-        read = self.slave.getReal if self.old else self.slave.getFloat64
-        variable = self.variable(name, "output", "local")
         with self._speaking(f"failed when '{name}' was read"):
-            return float(read([variable.valueReference])[0])
+            return self.variables.get(name, *READABLE)
 
     def step(self, t: float, h: float) -> bool:
         """Let the unit take a step; return if it goes on."""
@@ -253,7 +258,7 @@ def cosimulate(
             for name in unit.inputs:
                 one.variable(name, "input")
             for name in unit.outputs.values():
-                one.variable(name, "output", "local")
+                one.variable(name, *READABLE)
             loaded.append(one)
         try:
             _exchange(run, loaded, readings)

@@ -28,20 +28,26 @@ class SteppedExchange:
     def __init__(self, described: Any, folder: str, t: float, end: float):
         self.described, title = described, f"Fmu '{described.path}'"
         self.unit = ExchangeUnit(described.path, title, folder, described.parameters, t, end)
-        self.title, self.variable, self.set = title, self.unit.variable, self.unit.set
+        self.title, self.variable = title, self.unit.variable
         self.x = self.unit.start
+        self._given: dict[str, float] = {}
 
     def get(self, name: str) -> float:
         """Return the value of a variable."""
-        return self.unit.get(name)
+        with self.unit.speaking(f"failed when '{name}' was read"):
+            return self.unit.get(name)
+
+    def set(self, name: str, value: float) -> None:
+        """Set an input, from the begin of the next step on: discrete ones change in an event only."""
+        self._given[name] = value
 
     def step(self, t: float, h: float) -> bool:
         """Go from t to t + h; return if the unit goes on."""
         with self.unit.speaking(f"failed at t = {t:.9g} s"):
             end = t + h
-            if self.described.inputs:  # they have jumped
+            if self._given:  # they have jumped
                 self.unit.place(t, self.x)
-                self.x = self.unit.happen()
+                self.x = self.unit.happen(self._given)
             for _ in range(MOST_EVENTS):
                 t, happens = self._run(t, min(end, max(self.unit.next_event, t)))
                 self.unit.place(t, self.x)

@@ -16,7 +16,8 @@ import numpy as np
 
 from flexmb.errors import DataFileError, IntegrationError, ModelError
 from flexmb.fmi.library import release
-from flexmb.fmi.unit_file import FATAL, Speaking, find_variable, load_unit, read_unit, require_platform
+from flexmb.fmi.unit_file import FATAL, Speaking, load_unit, read_unit, require_platform, what_it_is_for
+from flexmb.fmi.unit_variables import REALS, Element, UnitVariables, elements_of
 
 __all__ = ["ExchangeUnit"]
 
@@ -51,23 +52,25 @@ class ExchangeUnit:
         if about.modelExchange is None or about.fmiVersion not in ("2.0", "3.0"):
             raise ModelError(
                 title,
-                found=f"FMI {about.fmiVersion}" + ("" if about.modelExchange else " without model exchange"),
+                found=what_it_is_for(about, "model exchange" if about.modelExchange is None else ""),
                 expected="a unit for model exchange of FMI 2.0 or 3.0",
                 remedy="Export it for model exchange, or let it bring its solver and take it for co-simulation",
             )
         require_platform(fmpy, path, title)
         self.old = about.fmiVersion == "2.0"
-        self.variables = {v.name: v for v in about.modelVariables}
+        self.numbers = UnitVariables(title, about.modelVariables, self.old)
+        self.variables = self.numbers.by_name
+        for name in parameters:
+            self.numbers.find(name, "input", "parameter")
         self._rates = [u.variable for u in about.derivatives]
         _require_states(title, self._rates)
-        self.states = tuple(v.derivative.name for v in self._rates)
+        self.states = tuple(name for v in self._rates for name in elements_of(v.derivative))
         self.indicators = int(about.numberOfEventIndicators or 0)
         self.derivatives = _offers_derivatives(Path(unpacked))
         self.depends = {u.variable.name: _names(u.dependencies) for u in (*about.outputs, *about.derivatives)}
         kind = fmpy.fmi2.FMU2Model if self.old else fmpy.fmi3.FMU3Model
         self.unit = load_unit(kind, about, about.modelExchange.modelIdentifier, unpacked, path, title)
-        self._write = self.unit.setReal if self.old else self.unit.setFloat64
-        self._read = self.unit.getReal if self.old else self.unit.getFloat64
+        self.numbers.unit = self.unit
         self._closed = False
         self.next_event, self.ended, self.worst = np.inf, False, 0
         with self.speaking("cannot be started"):
@@ -92,17 +95,29 @@ class ExchangeUnit:
             self.unit.getNominalsOfContinuousStates(sizes.ctypes.data_as(POINTER), n)
         self.sizes = np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, 1.0)
 
-    def variable(self, name: str, *causalities: str) -> Any:
-        """Return a real variable of one of these causalities; ModelError if there is none."""
-        return find_variable(self.title, self.variables, name, *causalities)
+    def variable(self, name: str, *causalities: str) -> Element:
+        """Return a number of one of these causalities; ModelError if there is none."""
+        return self.numbers.find(name, *causalities)
+
+    def smooth(self, name: str, *causalities: str) -> None:
+        """Raise ModelError unless a number is real and continuous: what is part of a system has derivatives."""
+        variable, _ = self.variable(name, *causalities)
+        discrete = causalities[0] == "input" and variable.variability == "discrete"
+        if variable.type not in REALS or discrete:
+            raise ModelError(
+                self.title,
+                found=f"{causalities[0]} '{name}', " + ("discrete" if discrete else f"of the type {variable.type}"),
+                expected="a continuous real number, which has derivatives",
+                remedy='Run it beside the model: cosimulate(model, Fmu(path, kind="model exchange"), ...)',
+            )
 
     def set(self, name: str, value: float) -> None:
         """Set an input, or a parameter before the start."""
-        self._write([self.variable(name, "input", "parameter").valueReference], [float(value)])
+        self.numbers.set(name, value, "input", "parameter")
 
     def get(self, name: str) -> float:
         """Return the value of a variable."""
-        return float(self._read([self.variable(name, "output", "local").valueReference])[0])
+        return self.numbers.get(name, "output", "local")
 
     def place(self, t: float, x: np.ndarray, inputs: Mapping[str, float] | None = None) -> None:
         """Set time, states (n,) and inputs."""
@@ -110,8 +125,8 @@ class ExchangeUnit:
         if len(x):
             given = np.ascontiguousarray(x, float)
             self.unit.setContinuousStates(given.ctypes.data_as(POINTER), len(given))
-        if inputs:
-            self._write([self.variables[name].valueReference for name in inputs], list(inputs.values()))
+        for name, value in (inputs or {}).items():
+            self.set(name, value)
 
     def state(self) -> np.ndarray:
         """Return the states (n,)."""
@@ -141,14 +156,15 @@ class ExchangeUnit:
         Those that the unit offers; else central differences.
         """
         self.place(t, x, inputs)
-        known = [self.variables[name].valueReference for name in (*self.states, *inputs)]
-        unknown = [v.valueReference for v in self._rates] + [self.variables[y].valueReference for y in outputs]
-        J = np.zeros((len(unknown), len(known)))
-        if self.derivatives:
-            for k, reference in enumerate(known):
+        known, n = (*self.states, *inputs), len(x)
+        J = np.zeros((n + len(outputs), len(known)))
+        single = all(name in self.variables for name in (*known, *outputs))  # no elements of arrays
+        if self.derivatives and single:
+            unknown = [v.valueReference for v in self._rates] + [self.variables[y].valueReference for y in outputs]
+            for k, reference in enumerate(self.variables[name].valueReference for name in known):
                 J[:, k] = self.unit.getDirectionalDerivative(unknown, [reference], [1.0])
             return J
-        names, n = list(inputs), len(x)
+        names = list(inputs)
         for k in range(len(known)):
             size = self.sizes[k] if k < n else 1.0
             value = x[k] if k < n else inputs[names[k - n]]
@@ -172,9 +188,11 @@ class ExchangeUnit:
         self.ended = self.ended or bool(ends)
         return bool(event)
 
-    def happen(self) -> np.ndarray:
-        """Let an event happen where the unit stands; return the states after it (n,)."""
+    def happen(self, inputs: Mapping[str, float] | None = None) -> np.ndarray:
+        """Let an event happen where the unit stands, with inputs that jump; return the states after it (n,)."""
         self.unit.enterEventMode()
+        for name, value in (inputs or {}).items():
+            self.set(name, value)
         self._update()
         return self.state()
 

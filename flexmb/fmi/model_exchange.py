@@ -15,6 +15,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.fmi.exchange_unit import ExchangeUnit
 from flexmb.fmi.unit_file import FATAL
+from flexmb.fmi.unit_variables import REALS, elements_of
 from flexmb.model.block import Block
 from flexmb.model.described import is_number
 from flexmb.model.function_block import Function
@@ -82,7 +83,7 @@ class ModelExchange(Block):
                 remedy='Write inputs={"u": "angle"}, parameters={"gain": 2.0}',
             )
         for name, value in self.parameters.items():
-            if not is_number(value):
+            if not is_number(value) and not isinstance(value, bool):
                 raise ModelError(
                     title, found=f"parameter {name} = {value!r}", expected="a finite number", remedy="Correct the value"
                 )
@@ -93,7 +94,7 @@ class ModelExchange(Block):
         weakref.finalize(self, unit.close)
         object.__setattr__(self, "_unit", unit)
         for name in given:
-            unit.loaded.variable(name, "input")
+            unit.loaded.smooth(name, "input")
         if unit.loaded.indicators or np.isfinite(unit.loaded.next_event):
             raise ModelError(
                 title,
@@ -109,7 +110,7 @@ class ModelExchange(Block):
     def outputs(self) -> tuple[str, ...]:
         """Return the names of the outputs that are real numbers."""
         every = self._unit.loaded.variables.values()  # type: ignore[attr-defined]
-        return tuple(v.name for v in every if v.causality == "output" and v.type in ("Real", "Float64"))
+        return tuple(name for v in every if v.causality == "output" and v.type in REALS for name in elements_of(v))
 
     def __getitem__(self, name: str) -> Signal:
         """Return an output or a state of the unit as a signal."""
@@ -119,7 +120,7 @@ class ModelExchange(Block):
 
     def _number(self, name: str) -> int:
         unit = self._unit  # type: ignore[attr-defined]
-        unit.loaded.variable(name, "output", "local")
+        unit.loaded.smooth(name, "output", "local")
         if name not in unit.outputs:
             unit.outputs.append(name)
             unit.forget()
@@ -131,9 +132,10 @@ class ModelExchange(Block):
         if name not in made:
             unit = self._unit  # type: ignore[attr-defined]
             known = (*unit.loaded.states, *sorted(self.inputs))
-            depends = unit.loaded.depends.get(name)
+            depends = unit.loaded.depends.get(name, unit.loaded.depends.get(name.partition("[")[0]))
             # rates may be called with all; an output that is said to depend on no input makes no algebraic loop
-            inputs = [n for n in self.inputs if depends is None or n in depends or row < len(unit.loaded.states)]
+            every = depends is None or row < len(unit.loaded.states)
+            inputs = [n for n in self.inputs if every or n in depends or n.partition("[")[0] in depends]
             used = [known.index(n) for n in (*unit.loaded.states, *inputs)]
             of = [*(self.state(n) for n in unit.loaded.states), *(self.inputs[n] for n in inputs)]
             rest = {n: 0.0 for n in self.inputs if n not in inputs}

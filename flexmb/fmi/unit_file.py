@@ -6,14 +6,12 @@ import os
 from pathlib import Path
 from typing import Any
 
-from flexmb.errors import DataFileError, FlexmbError, IntegrationError, ModelError, did_you_mean, listed
+from flexmb.errors import DataFileError, FlexmbError, IntegrationError, ModelError
 from flexmb.fmi.archive import require_archive
 from flexmb.found import no_file_because
 
-__all__ = ["FATAL", "Speaking", "find_variable", "fmpy_package", "load_unit", "read_unit", "require_platform"]
+__all__ = ["FATAL", "Speaking", "fmpy_package", "load_unit", "read_unit", "require_platform", "what_it_is_for"]
 
-REAL = ("Real", "Float64")
-"""What the two versions call a real number."""
 FATAL = 4
 """Status of a unit that may not be called any more."""
 
@@ -49,6 +47,15 @@ def read_unit(path: Path, title: str, folder: str) -> tuple[Any, Any, str]:
             title, found=f"it cannot be read: {error}", expected="a unit of FMI 2 or 3", remedy="Export it again"
         ) from None
     return fmpy, about, str(unpacked)
+
+
+def what_it_is_for(about: Any, missing: str) -> str:
+    """Return the version of a unit in words, with the kind of use that it is not for, and those that it is."""
+    kinds = {"coSimulation": "co-simulation", "modelExchange": "model exchange", "scheduledExecution": "clocks"}
+    offers = [word for field, word in kinds.items() if getattr(about, field, None) is not None]
+    return f"FMI {about.fmiVersion}" + (
+        f" without {missing}, for {' and '.join(offers) or 'no use'}" if missing else ""
+    )
 
 
 def require_platform(fmpy: Any, path: Path, title: str) -> None:
@@ -88,21 +95,6 @@ def load_unit(kind: Any, about: Any, identifier: str, unpacked: str, path: Path,
         ) from None
     finally:
         os.chdir(here)
-
-
-def find_variable(title: str, variables: dict[str, Any], name: str, *causalities: str) -> Any:
-    """Return a real variable of one of these causalities; ModelError if there is none."""
-    found = variables.get(name)
-    if found is None or found.causality not in causalities or found.type not in REAL or found.dimensions:
-        fit = [v for v in variables.values() if v.causality in causalities]
-        known = [v.name for v in fit if v.type in REAL and not v.dimensions]
-        raise ModelError(
-            title,
-            found=f"no {causalities[0]} '{name}' that is a real number",
-            expected=f"one of: {listed(name, known)}" if known else f"a unit with a real {causalities[0]}, no array",
-            remedy=did_you_mean(name, known) or "Correct the connection",
-        )
-    return found
 
 
 class Speaking:

@@ -1,7 +1,6 @@
 """Foreign units are archives: what would fill the disk, leave the folder or multiply is refused before unpacking."""
 
 import zipfile
-from types import SimpleNamespace
 
 import pytest
 
@@ -38,17 +37,3 @@ def test_no_archive(tmp_path):
     (tmp_path / "unit.fmu").write_bytes(b"PK\x03\x04 cut off")
     with pytest.raises(fmb.DataFileError, match="cannot be read"):
         fmb.fmi.cosimulate(MODEL, fmb.fmi.Fmu(tmp_path / "unit.fmu"), 0.01, step=0.01)
-
-
-def test_a_variable_that_is_no_real_number_is_not_offered():
-    """A counter of integers, as that of the reference unit Stair, and an array."""
-    from flexmb.fmi.unit_file import find_variable
-
-    def variable(name, kind, dimensions=()):
-        return SimpleNamespace(name=name, type=kind, causality="output", dimensions=dimensions)
-
-    integer, array, real = variable("n", "Int32"), variable("y", "Float64", (2,)), variable("u", "Float64")
-    with pytest.raises(fmb.ModelError, match="a unit with a real output, no array"):
-        find_variable("Fmu 'a'", {"n": integer, "y": array}, "n", "output")
-    with pytest.raises(fmb.ModelError, match=r"no output 'n' that is a real number\. Expected: one of: u\. "):
-        find_variable("Fmu 'a'", {"n": integer, "y": array, "u": real}, "n", "output")

@@ -1,0 +1,162 @@
+"""Variables of units as numbers: reals, integers, booleans, enumerations, and elements of arrays of them.
+
+A number goes to an integer or an enumeration as the nearest one, and to a boolean as true from 0.5 on; from a boolean
+come 0.0 and 1.0. Elements of arrays are named "x[1]", "A[2,3]": from 1 on, by rows. Source: FMI 3.0.1, 2.4.7 and 2.4.6.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flexmb.errors import DataFileError, IntegrationError, ModelError, did_you_mean, listed
+
+__all__ = ["REALS", "Element", "UnitVariables", "elements_of"]
+
+REALS = ("Real", "Float64", "Float32")
+WHOLE = {
+    "Integer": (-(2**31), 2**31 - 1),
+    "Enumeration": (-(2**31), 2**31 - 1),
+    **{f"Int{n}": (-(2 ** (n - 1)), 2 ** (n - 1) - 1) for n in (8, 16, 32, 64)},
+    **{f"UInt{n}": (0, 2**n - 1) for n in (8, 16, 32, 64)},
+}
+"""Whole numbers of FMI 2 and 3, with their bounds."""
+NUMBERS = (*REALS, *WHOLE, "Boolean")
+
+
+class Element(NamedTuple):
+    """A number of a unit: a variable, or an element of an array (`at`, its place by rows; None: no array)."""
+
+    variable: Any
+    at: int | None
+
+
+def _shape(variable: Any) -> tuple[int, ...]:
+    """Return the dimensions of a variable at the start; () of no array."""
+    return tuple(variable.shape or ()) if variable.dimensions else ()
+
+
+def elements_of(variable: Any) -> list[str]:
+    """Return the names of the numbers of a variable: its own, or those of the elements of an array."""
+    shape = _shape(variable)
+    if not shape:
+        return [variable.name]
+    return [f"{variable.name}[{','.join(str(i + 1) for i in place)}]" for place in np.ndindex(*shape)]
+
+
+class UnitVariables:
+    """Sets and reads variables of a unit that has been loaded.
+
+    Parameters
+    ----------
+    title : str
+        Of the unit, for messages.
+    described : sequence of variables
+        As fmpy reads them.
+    old : bool
+        FMI 2.
+    """
+
+    def __init__(self, title: str, described: Any, old: bool):
+        self.title, self.old = title, old
+        self.by_name = {v.name: v for v in described}
+        self.unit: Any = None
+        self._arrays: dict[int, list[Any]] = {}
+
+    def find(self, name: str, *causalities: str) -> Element:
+        """Return a number of one of these causalities; ModelError with those that there are."""
+        variable, at = self.by_name.get(name), None
+        if variable is None and name.endswith("]"):
+            variable = self.by_name.get(name.partition("[")[0])
+            known = [] if variable is None else elements_of(variable)
+            at = known.index(name) if name in known else None
+            variable = variable if at is not None else None
+        fits = variable is not None and variable.causality in causalities
+        if fits and variable.type not in NUMBERS:
+            raise ModelError(
+                self.title,
+                found=f"{causalities[0]} '{name}' of the type {variable.type}",
+                expected="a real number, an integer, a boolean or an enumeration",
+                remedy="Connect a number; strings, binaries and clocks have no counterpart here",
+            )
+        if not fits or (at is None and _shape(variable)):
+            whole = fits and elements_of(variable)
+            usable = [v for v in self.by_name.values() if v.causality in causalities and v.type in NUMBERS]
+            known = [one for v in usable for one in elements_of(v)]
+            raise ModelError(
+                self.title,
+                found=f"{causalities[0]} '{name}', an array" if whole else f"no {causalities[0]} '{name}'",
+                expected=f"one of: {listed(whole[0] if whole else name, known)}" if known
+                else f"a unit with an {causalities[0]} that is a number",
+                remedy=did_you_mean(name, known) or "Correct the connection",
+            )  # fmt: skip
+        return Element(variable, at)
+
+    def set(self, name: str, value: float, *causalities: str) -> None:
+        """Set a number; parameters must be what they are set to."""
+        variable, at = self.find(name, *causalities)
+        given = self._as_type(variable, name, float(value))
+        if at is None:
+            self._call("set", variable)([variable.valueReference], [given])
+            return
+        values = self._kept(variable)
+        values[at] = given
+        self._call("set", variable)([variable.valueReference], values)
+
+    def get(self, name: str, *causalities: str) -> float:
+        """Return a number."""
+        variable, at = self.find(name, *causalities)
+        if at is None:
+            return float(self._call("get", variable)([variable.valueReference])[0])
+        return float(self._call("get", variable)([variable.valueReference], int(np.prod(_shape(variable))))[at])
+
+    def _call(self, verb: str, variable: Any) -> Any:
+        kind = variable.type
+        if self.old:
+            kind = {"Enumeration": "Integer"}.get(kind, kind)
+        else:
+            kind = {"Enumeration": "Int64", "Real": "Float64"}.get(kind, kind)
+        return getattr(self.unit, verb + kind)
+
+    def _as_type(self, variable: Any, name: str, value: float) -> Any:
+        """Return a number as the type of a variable has it."""
+        if variable.type in REALS:
+            return value
+        exact = variable.causality == "parameter"
+        if variable.type == "Boolean" and not exact and np.isfinite(value):
+            return int(value >= 0.5)
+        low, high = WHOLE.get(variable.type, (0, 1))
+        if np.isfinite(value) and low <= round(value) <= high and (not exact or value == round(value)):
+            return round(value)
+        kind = ModelError if exact else IntegrationError
+        raise kind(
+            self.title,
+            found=f"{variable.causality} {name} = {value:.9g}",
+            expected=f"{variable.type}: a whole number from {low} to {high}",
+            remedy="Correct the value" if exact else "Limit what it is connected to, with a Limit or a formula",
+        )
+
+    def _kept(self, variable: Any) -> list[Any]:
+        """Return all elements of an array as they were set last: at first, as the unit describes them."""
+        if variable.valueReference not in self._arrays:
+            size, start = int(np.prod(_shape(variable))), variable.start
+            text = start if isinstance(start, str) else " ".join(map(str, start or ()))
+            words = {"true": "1", "false": "0"}
+            found = [words.get(word, word) for word in text.split()]
+            kind = float if variable.type in REALS else int
+            try:
+                values = [kind(word) for word in found]
+            except ValueError:
+                values = []
+            if len(values) == 1:
+                values *= size
+            if len(values) != size:
+                raise DataFileError(
+                    self.title,
+                    found=f"start of '{variable.name}': {text!r:.80}",
+                    expected=f"{size} numbers",
+                    remedy="Export the unit again: its description is damaged",
+                )
+            self._arrays[variable.valueReference] = values
+        return self._arrays[variable.valueReference]
