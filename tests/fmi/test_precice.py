@@ -168,6 +168,44 @@ def test_a_library_that_is_not_there_is_said():
             fmb.fmi.couple(solid(), "Solid", MESH, config="precice-config.xml")
 
 
+def test_calls_are_those_of_the_python_bindings(monkeypatch):
+    """preCICE 3, python-bindings, cyprecice.pyx: names and order of arguments as they are documented there."""
+    import sys
+    from types import SimpleNamespace
+
+    inner = StandIn(0.1, 0.3)
+
+    class Participant:
+        def __init__(self, solver_name, configuration_file_name, solver_process_index, solver_process_size):
+            given = solver_name, configuration_file_name, solver_process_index, solver_process_size
+            assert given == ("Solid", "precice-config.xml", 0, 1)
+
+        def set_mesh_vertices(self, mesh_name, positions):
+            assert mesh_name == "Solid"
+            assert isinstance(positions, np.ndarray)
+            return np.array([0], np.int32)
+
+        def write_data(self, mesh_name, data_name, vertex_ids, values):
+            assert isinstance(values, np.ndarray)
+            assert len(vertex_ids) == len(values)
+            inner.write_data(mesh_name, data_name, vertex_ids, values)
+
+        def read_data(self, mesh_name, data_name, vertex_ids, relative_read_time):
+            assert 0.0 <= relative_read_time <= self.get_max_time_step_size()
+            return inner.read_data(mesh_name, data_name, vertex_ids, relative_read_time)
+
+        def advance(self, computed_timestep_length):
+            inner.advance(computed_timestep_length)
+
+        def __getattr__(self, name):
+            return getattr(inner, name)
+
+    monkeypatch.setitem(sys.modules, "precice", SimpleNamespace(Participant=Participant))
+    run = fmb.fmi.couple(solid(), "Solid", MESH, config="precice-config.xml")
+    assert run.t[-1] == pytest.approx(0.3)
+    assert inner.log == ["initialize", "finalize"]
+
+
 def test_a_model_that_fails_finalizes_and_keeps_results():
     class Broken(StandIn):
         def read_data(self, mesh, data, vertices, after):

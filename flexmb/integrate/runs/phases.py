@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate.runs.added_error import started_again, tell_of
+from flexmb.integrate.runs.after_event import assembled_after
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after
 from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.coarse_contacts import CoarseContacts
@@ -32,7 +33,7 @@ from flexmb.integrate.runs.watch import LOOKS, Watch, carried, next_phase
 from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.results import Status
-from flexmb.system import System, assemble
+from flexmb.system import System
 from flexmb.system.assembly import consistent_start
 from flexmb.system.holds import held_from
 from flexmb.system.mobility import shared_reactions
@@ -155,10 +156,10 @@ class Phases:
             if self._again_and_again(event, began):
                 return Status.failed(f"{event.title} happens again and again at t = {began:.9g} s", LASTING)
             u = velocities_after(system, event, began, rows["q"][-1], rows["u"][-1])
-            model, state = following, carried(system, following, rows["q"][-1], u)
+            before, model, state = model, following, carried(system, following, rows["q"][-1], u)
             if began >= self.times[-1] - SAME * abs(self.times[-1]):
                 return Status.finished(began)
-            assembled = assemble(model, t=began, state=state)
+            assembled = assembled_after(event, before, model, began, state)
             require_continuity(event, assembled[0], state, assembled[1].q)
             require_known_states(event, system, assembled[0])
 

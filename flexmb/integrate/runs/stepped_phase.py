@@ -12,6 +12,7 @@ import numpy as np
 from flexmb.errors import IntegrationError
 from flexmb.integrate.runs import contradiction, inversion
 from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
+from flexmb.integrate.runs.after_event import assembled_after
 from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
 from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.coarse_contacts import CoarseContacts
@@ -31,7 +32,6 @@ from flexmb.integrate.runs.unknown_value import unknown_on_the_way, unknown_valu
 from flexmb.integrate.runs.vanishing import Gradients
 from flexmb.integrate.runs.watch import Watch, carried, next_phase
 from flexmb.results import Instant, Phase, Status
-from flexmb.system import assemble
 from flexmb.system.assembly import consistent_start
 from flexmb.system.holds import held_from
 
@@ -209,7 +209,7 @@ class SteppedPhase:
         inputs = self.inputs
         u = velocities_after(self.system, event, self.t, row["q"][-1], row["u"][-1])
         state = carried(self.system, following, row["q"][-1], u)
-        system, begin = assemble(following, t=self.t, state=state)
+        system, begin = assembled_after(event, self.model, following, self.t, state)
         require_continuity(event, system, state, begin.q)
         works, passed = row["works"][-1], self.watch.passed
         return new_phase(

@@ -145,7 +145,8 @@ class Stepper:
             try:
                 following = self._phase.advance(goal)
             except FlexmbError as error:
-                self._status = Status.failed(str(error), getattr(error, "remedy", ""))
+                what = f"{error.part} at t = {self.t:.9g} s: {error.found}; expected: {error.expected}"
+                self._status = Status.failed(what, error.remedy)
                 raise
             if following is None:
                 break
@@ -304,11 +305,13 @@ def stepper(
 
     Examples
     --------
-    >>> rod = fmb.RigidBody("rod", mass=2.0, inertia=(0.2, 0.2, 0.01), at=(0, 0, -0.5), markers={"top": (0, 0, 0.5)})
-    >>> hinge = fmb.Revolute("hinge", markers=("ground.origin", "rod.top"), axis="y")
+    >>> y, top = fmb.Pose.axes(z=(0, 1, 0)), fmb.Pose.axes((0, 0, 0.5), z=(0, 1, 0))
+    >>> rod = fmb.RigidBody("rod", mass=2.0, inertia=(0.2, 0.2, 0.01), at=(0, 0, -0.5), markers={"top": top})
+    >>> hinge = fmb.Revolute("hinge", markers=("ground.y", "rod.top"))
     >>> motor = fmb.Actuator("motor", joint="hinge", effort=fmb.input("torque"))
     >>> angle = fmb.JointCoordinate("angle", joint="hinge")
-    >>> model = fmb.Model(bodies=[fmb.Ground(), rod], joints=[hinge], forces=[motor], sensors=[angle])
+    >>> ground = fmb.Ground(markers={"y": y})
+    >>> model = fmb.Model(bodies=[ground, rod], joints=[hinge], forces=[motor], sensors=[angle])
     >>> with fmb.stepper(model) as run:
     ...     for k in range(100):
     ...         run.set("torque", 5.0 * (0.1 - run["angle"]))
