@@ -23,6 +23,21 @@ BEFORE = f"{ONE} at 0.645"
 STRUT = "interconnection strut"
 BOTH = ["operation", "strut 2 breaks"]
 AFTER = (0.5, 1.8)
+LABELS = {
+    "track 1": "inboard_t1_strut",
+    "track 2": "inboard_t2_track",
+    **{f"track {k}": f"outboard_t{k}_track" for k in (3, 4, 5)},
+    "interconnection strut": "casing",
+    **{f"arm {k}": f"s{k}_arm" for k in (1, 2, 3, 4, 5)},
+    **{f"slat {k}": f"s{k}_beam" for k in (1, 2, 3, 4, 5, 6)},
+}
+"""Texts in the pictures, and the bodies at whose middle they are."""
+FLAPS = {
+    False: {"inboard flap": "inboard_flap_tip", "outboard flap": "outboard_flap_mid"},
+    True: {"inboard flap": "inboard_flap_beam", "outboard flap": "outboard_flap_beam"},
+}
+"""The same of the flaps, by whether they are elastic."""
+CAMERAS = dict.fromkeys(("nose", "strut E breaks"), (0.3, 1.0, 0.5))  # from outboard, into the nose
 FIGURES = (
     Diagram(
         title="Fig. 16: flaps and actuators",
@@ -83,7 +98,8 @@ def run(case: str, t_end: float, elastic: bool) -> fmb.Solution:
 def main(elastic: bool = False, page: str = "high_lift.html", pictures: bool = True) -> dict[str, fmb.Solution]:
     """Write the page, and the figures beside it as a picture; return the runs."""
     runs = {name: run(case, t_end, elastic) for name, (case, t_end) in CASES.items()}
-    fmb.view.report(runs, page, diagrams=FIGURES, pictures=pictures)
+    labels = LABELS | FLAPS[elastic]
+    fmb.view.report(runs, page, diagrams=FIGURES, pictures=pictures, labels=labels, camera=CAMERAS)
     fmb.view.draw_diagrams(runs, FIGURES, Path(page).with_suffix(".png"), columns=2)
     return runs
 

@@ -49,10 +49,10 @@ def add_label_argument(parser: argparse.ArgumentParser) -> None:
     """Add ``--label``."""
     parser.add_argument(
         "--label",
-        metavar="TEXT=MARKER",
+        metavar="TEXT=PLACE",
         action="append",
         default=[],
-        help="a text at a marker of a body; repeat for each",
+        help="a text at a marker or at the middle of a body; repeat for each; bodies: the names of all bodies",
     )
 
 
@@ -62,16 +62,18 @@ def look_settings(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def given_labels(arguments: argparse.Namespace) -> dict[str, str]:
-    """Return the labels: texts, and the markers they stand at."""
+    """Return the labels: texts, and the markers or bodies they stand at."""
+    from flexmb.view.labels import BODIES
+
     labels = {}
     for given in arguments.label:
-        text, equals, marker = given.partition("=")
-        if not (text and equals and "." in marker):
+        text, _, marker = (given, "", given) if given == BODIES else given.partition("=")
+        if not (text and marker):
             raise ModelError(
                 f"--label {given}",
                 found=f"'{given}'",
-                expected="a text and a marker",
-                remedy='Write --label "track 2=t2_carriage.F"',
+                expected="a text and a marker or body; or bodies",
+                remedy='Write --label "track 2=t2_carriage.F" or --label bodies',
             )
         labels[text] = marker
     return labels

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,10 @@ from flexmb.files import complaints, replacing
 from flexmb.io.scene import Scene
 from flexmb.results import recover
 from flexmb.view.graphics import require_graphics
+from flexmb.view.labels import Labels, places
 from flexmb.view.stage import Look, Stage
 
-__all__ = ["largest_stress", "overlay", "places", "render", "upwards"]
+__all__ = ["largest_stress", "overlay", "render", "upwards"]
 
 STILL = (".png", ".jpg")
 MOVING = (".gif", ".mp4")
@@ -30,7 +31,7 @@ def render(
     scale: float = 1.0,
     rate: float = 25.0,
     hide: Sequence[str] = (),
-    labels: Mapping[str, str] | None = None,
+    labels: Labels | None = None,
 ) -> Path:
     """Draw a solution and return the path of the picture.
 
@@ -53,8 +54,9 @@ def render(
         Pictures per second of an animation.
     hide : sequence of str
         What is not drawn: names of bodies, or "joints", "springs", "supports".
-    labels : mapping of text to marker, optional
-        Texts in still pictures, each at the place of a marker, "body.marker".
+    labels : mapping of text to marker or body, or "bodies", optional
+        Texts in still pictures, each at a marker, "body.marker", or the middle of a body; "bodies" (also as a place in
+        the mapping) writes the names of all bodies, as far as they do not cover one another: the larger bodies first.
 
     Raises
     ------
@@ -63,12 +65,13 @@ def render(
     """
     picture = _checked(path, STILL + MOVING)
     scene, frames = _scene(solution, times, default_all=picture.suffix in MOVING)
-    stage = Stage(scene, size, largest_stress(scene, frames), scale, hide=_hidden(scene, hide))
+    hidden = _hidden(scene, hide)
+    stage = Stage(scene, size, largest_stress(scene, frames), scale, hide=hidden)
     try:
         stage.add_state(frames[0] if picture.suffix in MOVING else frames[-1])
-        if picture.suffix in STILL:
-            stage.label(places(scene, labels, frames[-1]))
         stage.look_from(camera, upwards(solution.model), frames if picture.suffix in MOVING else ())
+        if picture.suffix in STILL:
+            stage.label(*places(scene, labels, frames[-1], hidden))
         with replacing(picture, f"Picture '{picture}'") as file:
             if picture.suffix in STILL:
                 stage.plotter.screenshot(str(file))
@@ -88,7 +91,7 @@ def overlay(
     size=(1600, 900),
     scale: float = 1.0,
     hide: Sequence[str] = (),
-    labels: Mapping[str, str] | None = None,
+    labels: Labels | None = None,
 ) -> Path:
     """Draw several states in one picture: the last one solid with its stress, those before it translucent.
 
@@ -96,14 +99,15 @@ def overlay(
     """
     picture = _checked(path, STILL)
     scene, frames = _scene(solution, times, default_all=True)
-    stage = Stage(scene, size, largest_stress(scene, frames[-1:]), scale, hide=_hidden(scene, hide))
+    hidden = _hidden(scene, hide)
+    stage = Stage(scene, size, largest_stress(scene, frames[-1:]), scale, hide=hidden)
     try:
         for number, frame in enumerate(frames[:-1]):
             stage.add_state(frame, Look(opacity=0.15 + 0.2 * (number + 1) / len(frames), color="#5b7fa6"))
         stage.add_state(frames[-1])
-        stage.label(places(scene, labels, frames[-1]))
         stage.plotter.enable_depth_peeling(8)
         stage.look_from(camera, upwards(solution.model))
+        stage.label(*places(scene, labels, frames[-1], hidden))
         with replacing(picture, f"Picture '{picture}'") as file:
             stage.plotter.screenshot(str(file))
     finally:
@@ -127,15 +131,6 @@ def _hidden(scene: Scene, hide: Sequence[str]) -> tuple[str, ...]:
     if set(known) <= set(names):
         raise FlexmbError("Picture", found="everything is hidden", expected="something to draw", remedy="Hide less")
     return names
-
-
-def places(scene: Scene, labels: Mapping[str, str] | None, frame: int) -> dict[str, np.ndarray]:
-    """Return the places (3,), m, in W of the labels' markers at a frame."""
-    phase, row = scene.samples[frame]
-    series = scene.solution.series(phase)
-    for marker in (labels or {}).values():
-        series.model.marker(marker, "Picture, label")
-    return {text: series.marker(marker).r[row] for text, marker in (labels or {}).items()}
 
 
 def _checked(path: str | Path, endings: tuple[str, ...]) -> Path:

@@ -17,7 +17,8 @@ from flexmb.io.web_page import page
 from flexmb.view import report_model, report_results, report_stress, report_trust
 from flexmb.view.curves import COLORS
 from flexmb.view.graphics import require_graphics
-from flexmb.view.pictures import largest_stress, places, upwards
+from flexmb.view.labels import Labels, known_labels, places, refuse_unknown
+from flexmb.view.pictures import largest_stress, upwards
 from flexmb.view.report_results import Run, event_times
 from flexmb.view.stage import Stage
 
@@ -47,7 +48,7 @@ def report(
     verified: Mapping[str, Any] | None = None,
     pictures: bool = True,
     camera=None,
-    labels: Mapping[str, str] | None = None,
+    labels: Labels | None = None,
     diagrams: Sequence[Any] = (),
 ) -> Path:
     """Write a report and return its path: model, mobility, pictures, curves, loads, energy, modes, solver.
@@ -64,10 +65,10 @@ def report(
         What `flexmb.verify` found about the runs.
     pictures : bool
         Draw still pictures; a machine that cannot draw leaves them out and says so in the page.
-    camera : (3,), optional
-        Direction to look from.
-    labels : mapping of text to marker, optional
-        Texts in the pictures of the runs that have the marker, "body.marker".
+    camera : (3,), or mapping of run to (3,), optional
+        Direction to look from; runs that are not named have their own.
+    labels : mapping of text to marker or body, or "bodies", optional
+        Texts in the pictures, as in `render`, of the runs that have the marker or body.
     diagrams : sequence of Diagram or text
         Sensors over others, of all runs on one scale: "flap angle over lever angle". They come before the curves.
 
@@ -104,7 +105,7 @@ def _page(
     verified: Mapping[str, Any],
     pictures: bool,
     camera,
-    labels: Mapping[str, str],
+    labels: Labels,
     diagrams=(),
 ) -> str:
     described = runs[0].solution.model
@@ -145,12 +146,10 @@ def _summary(runs: list[Run]) -> str:
     return f"<p>{len(runs)} runs: {marked}</p><p class='note'>{counts}; {span} (first run)</p>"
 
 
-def _stills(runs: list[Run], camera, labels: Mapping[str, str]) -> str:
+def _stills(runs: list[Run], camera, labels: Labels) -> str:
     """Pictures at the start, at events (or half way) and at the end; of several runs their ends."""
-    own = {run.name: _known_labels(run.solution.model, labels) for run in runs if run.solution.model is not None}
-    for text, marker in labels.items():
-        if own and not any(text in found for found in own.values()):
-            next(run.solution.model for run in runs if run.name in own).marker(marker, f"Report, label '{text}'")
+    own = {run.name: known_labels(run.solution.model, labels) for run in runs if run.solution.model is not None}
+    refuse_unknown([run.solution.model for run in runs if run.name in own], labels)
     try:
         require_graphics()
     except FlexmbError as error:
@@ -165,21 +164,16 @@ def _stills(runs: list[Run], camera, labels: Mapping[str, str]) -> str:
         stage = Stage(scene, PIXELS, most)
         try:
             stage.add_state(frames[0])
-            stage.look_from(camera, upwards(run.solution.model), list(range(len(scene.times))))
+            toward = camera.get(run.name) if isinstance(camera, Mapping) else camera
+            stage.look_from(toward, upwards(run.solution.model), list(range(len(scene.times))))
             for frame in frames:
                 stage.move_to(frame)
-                stage.label(places(scene, own[run.name], frame))
+                stage.label(*places(scene, own[run.name], frame))
                 title = f"t = {scene.times[frame]:.4g} s" + (f", {run.name}" if len(runs) > 1 else "")
                 figures.append(report_results.figure(title, _image(stage.picture(), title)))
         finally:
             stage.close()
     return f'<h2>Pictures</h2><div class="stills">{"".join(figures)}</div>' if figures else ""
-
-
-def _known_labels(model, labels: Mapping[str, str]) -> dict[str, str]:
-    """Return the labels at markers that a model has."""
-    known = set(model.marker_names())
-    return {text: marker for text, marker in labels.items() if marker in known}
 
 
 def _chosen(scene: Scene, solution) -> list[int]:

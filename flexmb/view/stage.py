@@ -10,11 +10,14 @@ import numpy as np
 from flexmb.io.cell_types import flat_cells
 from flexmb.io.drawn_parts import DrawnPart
 from flexmb.io.scene import Scene
+from flexmb.view.labels import without_overlap
 from flexmb.view.viewpoint import viewpoint
 
 __all__ = ["VIEW_ANGLE", "Look", "Stage", "camera_position", "framed_points", "part_color"]
 
 VIEW_ANGLE = 20.0  # degrees; a long lens keeps parallel links nearly parallel
+
+FEW = 12  # texts up to which letters are large
 
 FRAMING, DIRECTIONS = 60, 400  # frames and points by which the camera is placed
 
@@ -116,22 +119,40 @@ class Stage:
         self.plotter.camera_position = camera_position(np.vstack(seen), direction, up, width / height, room)
         self.plotter.renderer.reset_camera_clipping_range()
 
-    def label(self, places: Mapping[str, np.ndarray]) -> None:
-        """Write texts at places (3,), m, in W, in front of everything, instead of those written before."""
-        if places:
-            self.plotter.add_point_labels(
-                np.array(list(places.values()), float),
-                list(places),
-                font_size=max(10, self.plotter.window_size[1] // 36),
-                shape_color="white",
-                shape_opacity=0.75,
-                text_color="black",
-                show_points=True,
-                point_size=9,
-                point_color="#26303a",
-                always_visible=True,
-                name="labels",
-            )
+    def label(self, places: Mapping[str, np.ndarray], given: int = 0) -> None:
+        """Write texts at places (3,), m, in W, in front of everything, instead of those written before.
+
+        After the first `given` ones a text that would cover one before it is left out; the picture says how many are.
+        """
+        if not places:
+            return
+        font = max(10, self.plotter.window_size[1] // (36 if len(places) <= FEW else 64))
+        points = np.array(list(places.values()), float)
+        kept = without_overlap(list(places), self._seen(points), font, given)
+        self.plotter.add_point_labels(
+            np.array([places[text] for text in kept], float),
+            kept,
+            font_size=font,
+            shape_color="white",
+            shape_opacity=0.75,
+            text_color="black",
+            show_points=True,
+            point_size=9,
+            point_color="#26303a",
+            always_visible=True,
+            name="labels",
+        )
+        left_out = len(places) - len(kept)
+        note = f"names without room: {left_out}" if left_out else ""
+        self.plotter.add_text(note, position="lower_left", font_size=8, color="#26303a", name="left out")
+
+    def _seen(self, points: np.ndarray) -> np.ndarray:
+        """Return where points (n, 3), m, in W are in the picture (n, 2), pixels."""
+        size = np.array(self.plotter.window_size, float)
+        matrix = self.plotter.camera.GetCompositeProjectionTransformMatrix(size[0] / size[1], -1, 1)
+        rows = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+        seen = np.column_stack([points, np.ones(len(points))]) @ rows.T
+        return 0.5 * (seen[:, :2] / seen[:, 3:] + 1.0) * size
 
     def picture(self) -> np.ndarray:
         """Return the picture, (height, width, 3) uint8."""

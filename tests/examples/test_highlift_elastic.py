@@ -8,6 +8,7 @@ import pytest
 from highlift_runs import DATA, FOLDER, run
 
 import flexmb as fmb
+from flexmb.errors import IntegrationError
 
 STOP = DATA["trailing_edge"]["interconnection_strut"]["free_travel"][0]
 
@@ -92,3 +93,12 @@ def test_spanwise_forces():
     assert solution["outboard_t4_flap force"][-1, 1] == pytest.approx(-load, rel=5e-3)
     for name in ("inboard_t2_link force", "outboard_t3_flap force", "outboard_t5_flap force"):
         assert abs(solution[name][-1, 1]) < 5e-3 * load
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_flap_that_is_too_soft():
+    """With a thousandth of its torsional stiffness the flap turns under its first airload: the search for the
+    equilibrium names the part that turned, and no number overflows beside it."""
+    with pytest.raises(IntegrationError, match=r"no equilibrium.*inboard_flap_\w+', rotation about its y-axis"):
+        fmb.statics(fmb.load_model(FOLDER / "operation.toml", {"rigid": False, "inboard_flap_GJ": 1e3}))

@@ -5,6 +5,8 @@ import pytest
 
 import flexmb as fmb
 from flexmb.errors import IntegrationError
+from flexmb.integrate.equilibria.descent import Descent
+from flexmb.system import assemble_as_drawn
 
 SIDE, THICKNESS = 1.0, 0.005
 STEEL = fmb.MATERIALS["steel"]
@@ -105,3 +107,21 @@ def test_equations_that_end_on_the_way_to_equilibrium(lowest):
         return
     with pytest.raises(IntegrationError, match=r"numbers end because of equation 'c0: Formula'.*residual nan"):
         fmb.statics(model)
+
+
+def test_a_search_that_is_lost():
+    """It is where a place is a million sizes away, or a force has no value."""
+    slider = fmb.RigidBody("slider", mass=1.0, inertia=(1.0, 1.0, 1.0), at=(0.3, 0.0, 0.0))
+    model = fmb.Model(
+        bodies=[fmb.Ground(), slider], forces=[fmb.PointLoad("push", marker="slider.center", force=(1.0, 0.0, 0.0))]
+    )
+    system, start = assemble_as_drawn(model)
+    search = Descent(system, start, system.workspace(), 0.0, start.q.copy(), at_rest=False, wary=False, smooth=True)
+    search.balanced(1e-9)
+    assert not search.lost()
+    search.q[0] = 1.1e6
+    assert search.lost()
+    search.q[0] = 0.3
+    assert not search.lost()
+    search.unbalanced = np.nan
+    assert search.lost()

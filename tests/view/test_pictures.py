@@ -11,6 +11,7 @@ from flexmb.errors import FlexmbError
 from flexmb.io.scene import Scene
 from flexmb.view import graphics, overlay, render, window
 from flexmb.view.interactive import opened
+from flexmb.view.labels import places, without_overlap
 from flexmb.view.stage import ELASTIC_LABEL, VIEW_ANGLE, Look, Stage, camera_position, framed_points
 from flexmb.view.viewpoint import best_direction, viewpoint
 
@@ -114,8 +115,43 @@ def test_hidden_parts_and_labels(tmp_path):
         render(solution, tmp_path / "x.png", hide=("joint",))
     with pytest.raises(FlexmbError, match="everything is hidden"):
         render(solution, tmp_path / "x.png", hide=[part.name for part in Scene(solution).parts])
-    with pytest.raises(FlexmbError, match=r"label: .*nothing"):
+    assert np.abs(pixels("body", labels={"bar": "rod"}) - plain).max() > 30
+    np.testing.assert_array_equal(pixels("all", labels="bodies"), pixels("named", labels={"rod": "rod"}))
+    with pytest.raises(FlexmbError, match=r"label 'tip': .*nothing"):
         render(solution, tmp_path / "x.png", labels={"tip": "nothing.tip"})
+    with pytest.raises(FlexmbError, match=r"label 'tip': there is no body 'rood'.*Did you mean 'rod'"):
+        render(solution, tmp_path / "x.png", labels={"tip": "rood"})
+
+
+def test_names_of_bodies_do_not_cover_one_another():
+    """Two texts of five letters of 10 pixels: 38 pixels wide and 13 high, from their lower left corners."""
+    texts = ["large", "small", "third"]
+    assert without_overlap(texts, np.array([[0.0, 0.0], [37.0, 12.0], [39.0, 0.0]]), 10.0) == ["large", "third"]
+    assert without_overlap(texts, np.array([[0.0, 0.0], [0.0, 14.0], [39.0, 0.0]]), 10.0) == texts
+    assert without_overlap(texts, np.zeros((3, 2)), 10.0, given=2) == ["large", "small"]
+
+
+@pytest.mark.render
+def test_labels_are_where_the_bodies_are(solution):
+    """The place in the picture is that of pyvista's own projection; every drawn body is named, the largest first."""
+    scene = Scene(solution)
+    stage = Stage(scene, (320, 180), 0.0)
+    try:
+        stage.add_state(0)
+        stage.look_from((0.3, -1.0, 0.4), (0.0, 0.0, 1.0))
+        found, given = places(scene, "bodies", 0)
+        assert given == 0
+        drawn = [part for part in scene.parts if part.look in ("flexible", "rigid")]
+        assert set(found) == {part.name for part in drawn}
+        points = np.array(list(found.values()))
+        renderer, seen = stage.plotter.renderer, []
+        for point in points:
+            renderer.SetWorldPoint([*point, 1.0])
+            renderer.WorldToDisplay()
+            seen.append(renderer.GetDisplayPoint()[:2])
+        np.testing.assert_allclose(stage._seen(points), seen, atol=1.0)
+    finally:
+        stage.close()
 
 
 @pytest.mark.render

@@ -29,6 +29,8 @@ UPHILL = 1e-8
 """How far, as a share of the model's size, a move may go against its force: what rounding does."""
 SOFT = 1e-9
 """Of the equations, where states of self-stress are looked for, relative to G diag(M)^-1 G^T."""
+LOST = 1e6
+"""Largest place or angle in a search, relative to the model's size and to where it began (or 1 m, 1 rad)."""
 REFINED = 50
 """Most corrections of multipliers of least norm."""
 _PLACE = ("q", "x", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
@@ -103,6 +105,11 @@ class Descent:
             and self._settled(tolerance)
             and (self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before))
         )
+
+    def lost(self) -> bool:
+        """Has the search left all bounds: numbers without a value, or places a million times the model's size away?"""
+        away = max(1.0, self.size, self._greatest(self.path[0][0])) if self.path else np.inf
+        return not (np.isfinite(self.unbalanced) and self._greatest(self.q) <= LOST * away)
 
     def _beyond(self, now) -> bool:
         """Has a move led where an equation or a force has no value? Raise IntegrationError if even short ones do."""

@@ -156,14 +156,15 @@ def _descend(
     strikes = any(force.strikes for force in model.forces)
     for wary, smooth in ((True, False), (True, True), (False, True)) if strikes else ((False, True),):
         iteration = Descent(sought, start, work, t, q, at_rest=on_path, wary=wary, smooth=smooth, held=hold_states)
-        if found := any(iteration.balanced(tolerance) or iteration.advance() for _ in range(iterations)):
+        if found := _found(iteration, tolerance, iterations):
             iteration.share_multipliers()
             break
+    count = len(iteration.path) if iteration.lost() else iterations
     status = (
         Status.finished(t)
         if found
         else Status.failed(
-            f"no equilibrium after {iterations} iterations; {_left(iteration)}{_runaway(system, iteration.path)}"
+            f"no equilibrium after {count} iterations; {_left(iteration)}{_runaway(system, iteration.path)}"
             f"{'' if on_path else _limit_below(model, t)}",
             "Begin nearer to the equilibrium, add supports (a drive, a joint) to free motions, or raise iterations; "
             "follow a structure that "
@@ -202,6 +203,18 @@ def _descend(
     return _watched(solution, told, look=watched)
 
 
+def _found(iteration: Descent, tolerance: float, iterations: int) -> bool:
+    """Iterate; is the equilibrium found? Not if the search leaves all bounds: there it ends."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        for _ in range(iterations):
+            if iteration.balanced(tolerance):
+                return True
+            if iteration.lost():
+                return False
+            iteration.advance()
+    return False
+
+
 def _in_statics(system, start, q: np.ndarray):
     """Return the system with what stands for its forces while an equilibrium is sought from a configuration."""
     if all(type(force).in_statics is Force.in_statics for force in system.model.forces):
@@ -233,7 +246,7 @@ def _watched(solution: Solution, sentences: list[str], look: bool) -> Solution:
 
 def _left(iteration: Descent) -> str:
     """Say what is out of balance at the end of a search."""
-    if not np.isfinite(iteration.unbalanced):
+    if iteration.lost():
         return "the search has left all bounds"
     return f"unbalanced force {iteration.unbalanced:.3g} N on {iteration.most_unbalanced()}"
 
