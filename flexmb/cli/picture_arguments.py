@@ -63,11 +63,9 @@ def look_settings(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def given_labels(arguments: argparse.Namespace) -> dict[str, str]:
     """Return the labels: texts, and the markers or bodies they stand at."""
-    from flexmb.view.labels import BODIES
-
     labels = {}
     for given in arguments.label:
-        text, _, marker = (given, "", given) if given == BODIES else given.partition("=")
+        text, _, marker = (given, "", given) if given == "bodies" else given.partition("=")
         if not (text and marker):
             raise ModelError(
                 f"--label {given}",
