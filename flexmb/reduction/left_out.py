@@ -52,10 +52,10 @@ def left_out_stiffness(
     order = np.argsort(basis.w2)
     shapes = _about_the_mean(fe, basis.shapes[:, order] / np.sqrt(basis.w2[order]))
     motions = np.concatenate([np.zeros((0, shapes.shape[1])), *(marker.matrix @ shapes for marker in interfaces)])
-    motions = motions.reshape(len(interfaces), 6, -1)
+    motions = motions.reshape(len(interfaces), 6, shapes.shape[1])
     unit = float(np.abs(motions[:, 3:, :SOFTEST]).max(initial=0.0)) or 1.0
     shapes, motions, rest = shapes[:, :SOFTEST], motions[:, :, :SOFTEST] / unit, motions[:, :, SOFTEST:] / unit
-    rest = rest.reshape(6 * len(interfaces), -1)
+    rest = rest.reshape(6 * len(interfaces), rest.shape[2])
     parts = [sparse.csc_matrix(inertia_loads(fe)), *(m.matrix.T for m in interfaces), sparse.csc_matrix(forces)]
     columns = sparse.hstack(parts, format="csc")
     G = _unit_stiffness(body, basis, interfaces, columns, np.hstack([shapes, unit * fe.rigid_motions()[:, 3:]]))

@@ -80,7 +80,7 @@ class LeftOut:
     def _changes(self, G, rows):
         """Return the lowest and the highest change of stiffness, each with its shape with the turn of the body."""
         k = self.motions.shape[2]
-        soft = rows @ self.motions.reshape(-1, k)
+        soft = rows @ self.motions.reshape(rows.shape[1], k)
         along, turn = np.split(rows.reshape(len(rows), len(self.places), 6), 2, axis=2)
         rigid = np.hstack([np.sum(turn + np.cross(self.places, along), axis=1), np.sum(along, axis=1)])
         free = rigid @ self.unit_motions
