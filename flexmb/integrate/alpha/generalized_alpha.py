@@ -190,7 +190,8 @@ class GeneralizedAlpha(metaclass=Described):
         share = IMPACT * self.rtol ** (1.0 / 3.0)
         floor = self.rtol * system.lengths.whole
         # across a jump shorter steps would tell nothing but rounding of the accelerations before
-        over = PassedOver(floor=floor, impact=share, slip=SLIP, blur=1.0, duration=span)
+        rounding = max(1e-13 * system.lengths.whole, system.lengths.rounding)
+        over = PassedOver(floor=floor, impact=share, slip=SLIP, blur=1.0, duration=span, rounding=rounding)
         switching = new_switching(system, state, work, over)
         at_start = powers(work.energy)
         variables = Variables(
@@ -226,7 +227,7 @@ class GeneralizedAlpha(metaclass=Described):
                 span=span,
                 first_state=nu - int(np.sum(system.is_state)),
                 convergence=0.05,
-                rounding=max(1e-13 * system.lengths.whole, system.lengths.rounding),
+                rounding=rounding,
             ),
             pace=branch_rates(system, state, work),
             world=world,

@@ -29,6 +29,8 @@ class SwitchLimits(Record):
     """s, of the run: speeds of an impact at which nothing moves by more than `floor` in that time do not matter"""
     blur: float
     """1: steps across a jump are not shorter than a displacement that does not matter; 0: as short as can be"""
+    rounding: float
+    """m, of positions of which speeds are differences; 0: speeds are integrated by themselves"""
     closed: int
     """1: something touched in the last step"""
     turned: int
@@ -43,6 +45,7 @@ class PassedOver(NamedTuple):
     slip: float = np.inf
     blur: float = 0.0
     duration: float = np.inf
+    rounding: float = 0.0
 
 
 @structure
