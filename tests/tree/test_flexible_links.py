@@ -204,6 +204,22 @@ def test_forward_and_inverse_dynamics_are_inverse(rng):
     np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau)), tau, atol=1e-7)
 
 
+def test_a_body_that_is_bent_far_too_much_is_named():
+    """Modal coordinates by which beams of 1 mm deflect by half their length: they do have inertia."""
+    points = np.column_stack([np.linspace(0.0, 1e-3, 41), np.zeros(41), np.zeros(41)])
+    section = fem.Section.rectangle(2e-5, 3e-5)
+    fe = fem.frame(points=points, section=section, material=fmb.MATERIALS["aluminium"])
+    data = reduction.reduce(fe, interfaces={"root": [0], "tip": [40]}, modes=20, geometric_stiffness=True)
+    beams = [fmb.FloatingBody(f"b{k}", data=data, at=(1e-3 * k, 0, 0)) for k in range(2)]
+    ends = ["ground.origin", "b0.tip"]
+    joints = [fmb.Revolute(f"j{k}", markers=(ends[k], f"b{k}.root")) for k in range(2)]
+    tree = fmb.JointTree(fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), *beams], joints=joints))
+    bent = np.random.default_rng(0).standard_normal(len(tree.start.q))
+    assert np.all(np.isfinite(tree.accelerations(tree.start.q + 1e-12 * bent)))
+    with pytest.raises(fmb.CompileError, match=r"Body 'b1' \(joint 'j1'\): .*bent so far .*Give smaller modal coord"):
+        tree.accelerations(tree.start.q + 1e-9 * bent)
+
+
 @pytest.mark.parametrize("stiffness", [True, False])
 def test_products_with_the_mass_matrix(stiffness, rng):
     """Beside the matrix of the equations of all bodies in joint coordinates; bent bodies are stiffened as well."""

@@ -25,6 +25,7 @@ from flexmb.tree.coordinates.carriers import carriers
 from flexmb.tree.coordinates.joint_jacobian import joint_jacobian
 from flexmb.tree.coordinates.joint_torques import gather_torques
 from flexmb.tree.coordinates.motions import FREE, HINGED, describable, joint_labels, motion_rows
+from flexmb.tree.coordinates.no_inertia import without_inertia
 from flexmb.tree.coordinates.passes import read_state
 from flexmb.tree.coordinates.products import mass_product, mass_solution
 from flexmb.tree.coordinates.reach import reach
@@ -278,7 +279,7 @@ class JointTree:
         links.x[:], links.v[:], links.tau[:] = q, v, tau
         evaluate_links(links, self.work, t)
         if links.run[0].failed >= 0:
-            raise self._without_inertia(links)
+            raise without_inertia(self.tree, links)
         return links.a.copy()
 
     def bias(self, q: Any, v: Any, t: float = 0.0) -> np.ndarray:
@@ -322,21 +323,12 @@ class JointTree:
         links.x[:], links.v[:] = start.q, start.v
         evaluate_links(links, self.work, start.t)
         if links.run[0].failed >= 0:
-            raise self._without_inertia(links)
+            raise without_inertia(self.tree, links)
         return links
 
     @cached_property
     def _links(self) -> LinkTree:
         return self.linked(new_chart(self, self._start.q, Followed(self.system, self._start, self.work)))
-
-    def _without_inertia(self, links: LinkTree) -> CompileError:
-        name = self.tree.order[links.links[links.run[0].failed]["body"]]
-        return CompileError(
-            f"Body '{name}' (joint '{self.tree.joints[name]}')",
-            found="its articulated inertia is singular",
-            expected="inertia, its own or carried, in every free motion of its joint",
-            remedy="Give the body mass and inertia about the free axis",
-        )
 
     def reach(
         self,
