@@ -14,6 +14,7 @@ import os
 import sys
 import time
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
@@ -22,6 +23,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import numpy as np  # noqa: E402 (one thread: set before it is loaded)
 
 import flexmb as fmb  # noqa: E402
+from flexmb.integrate.alpha import generalized_alpha  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 STEP = 2e-4
@@ -91,6 +93,65 @@ def arm_for_a_second(integrator) -> float:
         return time.process_time() - begun
 
 
+def four_bar(spatial: bool) -> fmb.Model:
+    """Return a plane four-bar with a torque that is set from outside; `spatial`: without dependent equations."""
+
+    def turned(x, z):
+        return fmb.Pose.axes((x, 0.0, z), z=(0, 1, 0))
+
+    points, bodies = [(0.0, 0.0), (0.0, 1.0), (2.0, 2.0), (3.0, 0.0)], []
+    for k, (p, q) in enumerate(pairwise(points)):
+        x, z = 0.5 * (q[0] - p[0]), 0.5 * (q[1] - p[1])
+        ends = {"p": turned(-x, -z), "q": turned(x, z)}
+        at = (p[0] + x, 0.0, p[1] + z)
+        bodies.append(fmb.RigidBody(f"bar{k}", mass=1.0, inertia=(0.1, 0.1, 0.1), at=at, markers=ends))
+    kinds = (fmb.Revolute, fmb.Cylindrical, fmb.Spherical, fmb.Revolute) if spatial else (fmb.Revolute,) * 4
+    ends = (("ground.a", "bar0.p"), ("bar0.q", "bar1.p"), ("bar1.q", "bar2.p"), ("ground.d", "bar2.q"))
+    return fmb.Model(
+        bodies=[fmb.Ground(markers={"a": turned(0.0, 0.0), "d": turned(3.0, 0.0)}), *bodies],
+        joints=[kind(f"hinge{k}", markers=pair) for k, (kind, pair) in enumerate(zip(kinds, ends, strict=True))],
+        forces=[fmb.Actuator("motor", joint="hinge0", effort=fmb.input("torque"))],
+        sensors=[fmb.JointCoordinate("angle", joint="hinge0")],
+    )
+
+
+def of_a_call(spatial: bool, calls: int = 200) -> tuple[float, float]:
+    """Return the CPU time of a step of a four-bar from Python, s, and the part of it in calls of kernels."""
+    spent, direct = [0.0], generalized_alpha.direct
+
+    def timed(owner, kernel):
+        call = direct(owner, kernel)
+
+        def run(*arguments):
+            begun = time.thread_time()
+            found = call(*arguments)
+            spent[0] += time.thread_time() - begun
+            return found
+
+        return run
+
+    def burst(run) -> float:
+        begun = time.thread_time()
+        for k in range(calls):
+            run.set("torque", 0.1 * (k % 7))
+            run.advance(by=1e-4)
+            run["angle"]
+        return (time.thread_time() - begun) / calls
+
+    with fmb.stepper(four_bar(spatial), integrator=fmb.GeneralizedAlpha(step=1e-4), keep=False) as run:
+        burst(run)
+        whole = np.percentile([burst(run) for _ in range(20)], 25)
+        generalized_alpha.direct, of_kernels = timed, []
+        try:
+            for _ in range(20):
+                spent[0] = 0.0
+                burst(run)
+                of_kernels.append(spent[0] / calls)
+        finally:
+            generalized_alpha.direct = direct
+    return float(whole), float(np.percentile(of_kernels, 25))
+
+
 def main() -> None:
     """Measure and print."""
     times = per_step((station(False), station(True)))
@@ -100,6 +161,10 @@ def main() -> None:
         f"flap station {quiet[0]:.0f} us a step, with 20 blocks {quiet[1]:.0f} us, {least:.0%} more (lower quartiles);"
     )
     print(f"median of the ratios of {BURSTS} pairs of bursts: {more:.0%} more")
+    for spatial in (True, False):
+        whole, kernels = (1e6 * x for x in of_a_call(spatial))
+        kind = "independent equations" if spatial else "four parallel hinges"
+        print(f"four-bar, {kind}: {whole:.0f} us a step from Python, {whole - kernels:.0f} us beyond its kernels")
     for integrator in (fmb.GeneralizedAlpha(step=1e-3), fmb.GeneralizedAlpha(), fmb.Explicit()):
         print(f"arm of ten links, 1 s at 1 kHz, {integrator!r}: {arm_for_a_second(integrator):.2f} s")
 

@@ -320,27 +320,26 @@ class GeneralizedAlpha(metaclass=Described):
     ) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
         so far, to be called again from the next."""
-        n = last - first
-        rows = {
-            "t": np.zeros(n),
-            "q": np.zeros((n, system.nq)),
-            "u": np.zeros((n, system.nu)),
-            "a": np.zeros((n, system.nu)),
-            "lam": np.zeros((n, system.ng)),
-            "works": np.zeros((n, 3)),
-        }
+        n, nq, nu = last - first, system.nq, system.nu
+        # written up to where the run comes
+        shapes = {"t": n, "q": (n, nq), "u": (n, nu), "a": (n, nu), "lam": (n, system.ng), "works": (n, 3)}
+        rows = {name: np.empty(shape) for name, shape in shapes.items()}
+        whole = tuple(rows.values())
         smallest = smallest_step(float(variables.own.run["t"][0]), float(samples[last - 1]))
         controls = self._controls_of(system)._replace(smallest=smallest)
         run_on, (reached, reason), pace = direct(system, run_steps), (first, PAUSED), Patience(patience)
         while reason == PAUSED:
-            rest = (array[reached - first :] for array in rows.values())
+            rest = whole if reached == first else tuple(array[reached - first :] for array in whole)
             trials = pace.steps()
             reached, reason = run_on(system.program, work, variables, controls, samples, reached, last, trials, *rest)
             if pace.used_up:
                 break
-        rows = {name: array[: reached - first] for name, array in rows.items()}
-        failure = "" if reason in (0, PAUSED) else self._reason(system, work, variables.own, reason)
-        outcome = Outcome(rows=rows, failure=failure, reached=float(variables.own.run["t"][0]))
+        if reached < last:
+            rows = {name: array[: reached - first] for name, array in rows.items()}
+        at = float(variables.own.run["t"][0])
+        if reason in (0, PAUSED):
+            return Outcome(rows=rows, reached=at)
+        outcome = Outcome(rows=rows, failure=self._reason(system, work, variables.own, reason), reached=at)
         shorter = f"Look at the last samples; give a shorter step than {self.step} s, or none: rtol then chooses it"
         return outcome if self.step is None else replace(outcome, remedy=shorter)
 

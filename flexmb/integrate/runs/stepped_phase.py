@@ -250,8 +250,8 @@ class SteppedPhase:
             self.rows.append(self.last)
             self.given.append(given)
         else:
-            self.rows, self.looked = [*self.rows[:1], self.last], min(self.looked, 1)
-            self.given = [*self.given[:1], given]
+            self.rows[1:], self.given[1:] = (self.last,), (given,)
+            self.looked = min(self.looked, 1)
 
     def saved(self) -> tuple[Any, ...]:
         """Return all that the steps after this depend on."""
