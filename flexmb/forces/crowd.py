@@ -17,7 +17,7 @@ from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.switches import COLUMNS, IDLE
 from flexmb.math.tables import PAIR
 from flexmb.math.vectors import cross
-from flexmb.surfaces.advancement import POSE, first_touch
+from flexmb.surfaces.advancement import POSE, first_touch, part_within
 from flexmb.surfaces.detection import find_closest, nearest_sample
 from flexmb.surfaces.neighbours import near_among
 from flexmb.surfaces.records import CONTACT, FAR, REACH
@@ -128,9 +128,23 @@ def _gap(sampled, data, at_a, at_b, pose, Q, contacts):
     return pose[1]
 
 
+@inner_kernel
+def _rate(pose, contact):
+    """Return the rate of the gap at a contact, m/s."""
+    lever, u = np.empty(3), np.empty(3)
+    for i in range(3):
+        lever[i] = contact.x[i] - pose[POSE + i]
+    cross(pose[POSE + 6 : POSE + 9], lever, u)
+    rate = 0.0
+    for i in range(3):
+        rate += contact.n[i] * (pose[POSE + 3 + i] + u[i])
+    return rate
+
+
 @kernel
 def sweep_crowd(row, data, now, then, h, floor, part):
-    """Lower part[0] to where in a step two surfaces first touch that are apart at both of its ends.
+    """Lower part[0] to where in a step two surfaces first touch that are apart at both of its ends, see `part_within`
+    for the others.
 
     Between the ends a marker goes on a cubic, within the hull of four points: the ball around it is that of the way.
     """
@@ -158,12 +172,13 @@ def sweep_crowd(row, data, now, then, h, floor, part):
         at_b = int(data[row.pairs + CROWD_STRIDE * j + 1])
         _relative(now[i], now[j], begin)
         _relative(then[i], then[j], end)
-        apart = _gap(sampled, data, at_a, at_b, begin, Q, contacts) > 0.0
-        if not apart or _gap(sampled, data, at_a, at_b, end, Q, contacts) <= 0.0:
-            continue
-        touch = first_touch(data, sampled == 1, at_a, at_b, begin, end, h, floor, contacts)
-        if touch < 1.0:
-            part[0] = min(part[0], touch)
+        apart, rate = _gap(sampled, data, at_a, at_b, begin, Q, contacts) > 0.0, _rate(begin, contacts[0])
+        if apart and _gap(sampled, data, at_a, at_b, end, Q, contacts) > 0.0:
+            free = first_touch(data, sampled == 1, at_a, at_b, begin, end, h, floor, contacts)
+        else:
+            free = part_within(data, sampled == 1, at_a, at_b, begin, end, rate, h, floor, contacts)
+        if free < 1.0:
+            part[0] = min(part[0], free)
 
 
 @kernel

@@ -15,7 +15,7 @@ from flexmb.math.kernel import inner_kernel
 from flexmb.math.switches import GAP, IDLE, SLIP, sweep_kernel, switch_kernel
 from flexmb.math.tables import DAMPED, row_kernel
 from flexmb.math.vectors import cross, dot
-from flexmb.surfaces.advancement import first_touch
+from flexmb.surfaces.advancement import first_touch, part_within
 from flexmb.surfaces.detection import find_closest, nearest_sample
 from flexmb.surfaces.records import CONTACT, REACH
 
@@ -156,7 +156,7 @@ def switch(raw, data, state, work, out):
 
 @sweep_kernel
 def sweep(raw, data, now, then, h, floor, part):
-    """Contacts that begin and end within a step."""
+    """Contacts that begin and end within a step, or lead far through the thinner surface."""
     rows = raw.view(ROW)
     contacts = np.empty(2, CONTACT)
     first = 0
@@ -171,10 +171,14 @@ def sweep(raw, data, now, then, h, floor, part):
             continue
         for k in range(row.count):
             a, b = now[first + 2 * k], then[first + 2 * k]
-            if a[0] == GAP and b[0] == GAP and a[1] > 0.0 and b[1] > 0.0:
-                at = row.pairs + PAIR_STRIDE * k
-                at_a, at_b = int(data[at + 3]), int(data[at + 4])
-                touch = first_touch(data, row.law == 0, at_a, at_b, a, b, h, floor, contacts)
-                if touch < 1.0:
-                    part[0] = min(part[0], touch)
+            if a[0] != GAP or b[0] != GAP:
+                continue
+            at = row.pairs + PAIR_STRIDE * k
+            at_a, at_b = int(data[at + 3]), int(data[at + 4])
+            if a[1] > 0.0 and b[1] > 0.0:
+                free = first_touch(data, row.law == 0, at_a, at_b, a, b, h, floor, contacts)
+            else:
+                free = part_within(data, row.law == 0, at_a, at_b, a, b, a[4], h, floor, contacts)
+            if free < 1.0:
+                part[0] = min(part[0], free)
         first += row.switches

@@ -5,6 +5,8 @@ It may be meant, so it is a note.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from flexmb.model.model import Model
@@ -30,7 +32,14 @@ def oversights(model: Model) -> list[str]:
         if passed_over := force.unseen_in(model):
             unseen.setdefault(passed_over, []).append(force.title)
     found += [f"{', '.join(titles[:LISTED])}: {why}" for why, titles in unseen.items()]
+    found += [f"{surface.title}: {why}" for surface, why in _doubted(model)[:LISTED]]
     return found
+
+
+def _doubted(model: Model) -> list[tuple[Any, str]]:
+    """Return surfaces with what is perhaps not meant by their shapes."""
+    shapes = [(surface, getattr(surface, "shape", None)) for surface in model.surfaces]
+    return [(surface, shape.doubt) for surface, shape in shapes if shape is not None and shape.doubt]
 
 
 def held_by_ground(model: Model) -> set[str]:

@@ -13,9 +13,9 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import dot
 from flexmb.surfaces.detection import bound_gap, find_closest, nearest_sample
-from flexmb.surfaces.records import FAR, REACH
+from flexmb.surfaces.records import FAR, REACH, THICKNESS
 
-__all__ = ["POSE", "first_touch"]
+__all__ = ["POSE", "first_touch", "part_within"]
 
 POSE = 10
 """Where in a row of switches d, d', w (3 each) and Q (9) stand."""
@@ -24,6 +24,9 @@ FINEST = 1e-3
 MOST = 20_000
 """Gaps that are computed in a step; what is left is for the next one."""
 NEVER = 2.0
+ROOM = 0.25
+"""Way of what touches, in thicknesses of the thinner surface, that a step may lead on: the forces in it see both sides
+of a plate otherwise, or none."""
 
 
 @inner_kernel
@@ -127,3 +130,19 @@ def first_touch(data, by_samples, at_a, at_b, a, b, h, floor, contacts):
         if gap <= 1e-3 * floor:
             return s
     return s
+
+
+@kernel
+def part_within(data, by_samples, at_a, at_b, a, b, rate, h, floor, contacts):
+    """Return the part of a step, one that begins or ends where two surfaces touch, that leads no further than `ROOM`
+    beyond the first touch; 2.0 if all of it does. `rate`, m/s, is that of the gap at its begin.
+    """
+    room = ROOM * min(data[at_a + THICKNESS], data[at_b + THICKNESS])
+    if not -rate * h > room:
+        return NEVER
+    touch = 0.0
+    if a[1] > 0.0:
+        if not -rate * h > a[1] + room:
+            return NEVER
+        touch = first_touch(data, by_samples, at_a, at_b, a, b, h, floor, contacts)
+    return touch + room / (-rate * h)

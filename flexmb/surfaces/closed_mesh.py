@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import MeshError
+from flexmb.surfaces.mesh_crossings import shells_of
 
 __all__ = ["checked_mesh", "mean_normals"]
 
@@ -61,7 +62,18 @@ def checked_mesh(vertices: Any, triangles: Any, title: str) -> tuple[np.ndarray,
     used = np.unique(triangles)
     number = np.zeros(len(vertices), np.int64)
     number[used] = np.arange(len(used))
-    return vertices[used], number[triangles]
+    vertices, triangles = vertices[used], number[triangles]
+    shells = shells_of(vertices, triangles)
+    if len(shells.outside_in):
+        k = shells.outside_in[0]
+        _complain(
+            title,
+            f"{len(shells.outside_in)} of {len(shells.volumes)} closed shells turned inside out, one with the volume "
+            f"{shells.volumes[k]:.6g} m3 near {np.round(shells.places[k], 9).tolist()} m",
+            "triangles round the outward normal, but for cavities within a solid",
+            "Flip the normals of this shell and export the mesh again",
+        )
+    return vertices, triangles
 
 
 def _arrays(vertices: Any, triangles: Any, title: str) -> tuple[np.ndarray, np.ndarray]:

@@ -46,6 +46,12 @@ class ExtrudedProfile(Shape):
         far = np.hypot(np.abs(boxes[:, :2]).max(axis=1), np.abs(boxes[:, 2:]).max(axis=1)).max()
         return float(np.hypot(far, 0.5 * self.length))
 
+    @property
+    def thickness(self) -> float:
+        """Twice its volume per area, with the ends that are not drawn, m."""
+        rim = np.linalg.norm(np.diff(self.profile.points(0.02), axis=0), axis=1).sum()
+        return float(2.0 * self.profile.area * self.length / (2.0 * self.profile.area + rim * self.length))
+
     def corners(self) -> tuple[np.ndarray, float]:
         """Return points of both rims, which are sharp."""
         rim = self.profile.points(0.05)[:-1]

@@ -2,9 +2,9 @@
 
 A surface in the bulk data begins with a `HEADER` of numbers: the code of its shape, the radius of the ball around it
 (`FAR` for a half-space), number and place of its samples, number and place of its corners, the radius by which the
-corners are rounded, the place of the tree over the samples, and 1 if it is convex. Places count from the header. Then
-come the numbers of the shape, the samples (place, outward normal, area: 7 each), the corners (3 each) and the nodes of
-the tree, all in the axes of the marker.
+corners are rounded, the place of the tree over the samples, 1 if it is convex, and its thickness (m, `FAR` for a
+half-space). Places count from the header. Then come the numbers of the shape, the samples (place, outward normal, area:
+7 each), the corners (3 each) and the nodes of the tree, all in the axes of the marker.
 """
 
 from __future__ import annotations
@@ -24,11 +24,12 @@ __all__ = [
     "ROUNDED",
     "SAMPLES",
     "SAMPLES_AT",
+    "THICKNESS",
     "TREE_AT",
 ]
 
-HEADER = 9
-CODE, REACH, SAMPLES, SAMPLES_AT, CORNERS, CORNERS_AT, ROUNDED, TREE_AT, CONVEX = range(9)
+HEADER = 10
+CODE, REACH, SAMPLES, SAMPLES_AT, CORNERS, CORNERS_AT, ROUNDED, TREE_AT, CONVEX, THICKNESS = range(10)
 FAR = 1e100
 """m, from where on a surface has no end."""
 PATCH = 9

@@ -62,6 +62,11 @@ class Shape(metaclass=Described):
         cross = np.cross(b - a, c - a)
         return float(abs(np.einsum("ij,ij->", a, cross)) / 1.5 / np.linalg.norm(cross, axis=1).sum())
 
+    @property
+    def doubt(self) -> str:
+        """What is perhaps not meant; "" if nothing."""
+        return ""
+
     def corners(self) -> tuple[np.ndarray, float]:
         """Return the points (n, 3) of its core that may touch singly, and the radius by which it is rounded, m."""
         return np.zeros((0, 3)), 0.0

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.model.kinds import Part
+from flexmb.surfaces.distances import signed_distance
 from flexmb.surfaces.records import FAR, HEADER
 from flexmb.surfaces.shape import Points, Shape
 from flexmb.surfaces.trees import built, slabs
@@ -90,7 +91,16 @@ class Surface(Part):
         order, nodes = built(places, places)
         tree_at = corners_at + 3 * len(corners)
         header = [self.shape.code, reach, len(places), samples_at, len(corners), corners_at, radius, tree_at]
-        header.append(float(self.shape.convex))
+        header += [float(self.shape.convex), min(self.shape.thickness, FAR)]
         table = np.column_stack([places, normals, areas])[order]
         tree = slabs(places[order], normals[order], nodes)
         return np.concatenate([header, own, table.ravel(), corners.ravel(), tree.ravel()])
+
+    @cached_property
+    def depth(self) -> float:
+        """A lower bound, m, of how far its deepest point lies below it; infinite for a half-space, and points alone.
+
+        It is exact for sheets, and where the marker is the deepest point; of others the volume per area is known.
+        """
+        at_marker = -signed_distance(self.packed, 0, np.zeros(3), np.inf, np.empty(3), np.empty((3, 3)))
+        return float(max(0.5 * self.shape.thickness, at_marker)) if at_marker > -FAR else np.inf

@@ -13,6 +13,7 @@ from flexmb.errors import MeshError
 from flexmb.math.triangles import centres_of_parts
 from flexmb.model.described import finite_array
 from flexmb.surfaces.closed_mesh import FARTHEST, checked_mesh, mean_normals
+from flexmb.surfaces.mesh_crossings import crossings, shells_of
 from flexmb.surfaces.mesh_distance import TRIANGLE
 from flexmb.surfaces.shape import Points, Shape
 from flexmb.surfaces.trees import built
@@ -137,6 +138,25 @@ class TriangleMesh(Meshed):
         elif self.scale != 1.0:
             self._fail(f"scale = {self.scale} of arrays", "arrays in m", "Scale the vertices")
         object.__setattr__(self, "_mesh", checked_mesh(vertices, triangles, title))
+
+    @cached_property
+    def doubt(self) -> str:  # type: ignore[override]
+        """Where the mesh passes through itself, or has a solid within a solid: distances have a wrong sign there."""
+        count, place = crossings(*self._mesh)
+        near = "near there points of the solid may count as outside, and the other way round. Join its parts into one"
+        if count:
+            return (
+                f"its mesh passes through itself: {count} pair(s) of triangles cross, one near "
+                f"{np.round(place, 9).tolist()} m; {near}"
+            )
+        shells = shells_of(*self._mesh)
+        if len(shells.doubled):
+            return (
+                f"{len(shells.doubled)} of the {len(shells.volumes)} closed shells of its mesh lie within another one, "
+                f"a point of the first at {np.round(shells.places[shells.doubled[0]], 9).tolist()} m, with outward "
+                f"normals as of solids; {near}, or flip those that are cavities"
+            )
+        return ""
 
 
 @dataclass(frozen=True, eq=False)

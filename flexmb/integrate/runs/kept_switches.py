@@ -73,6 +73,7 @@ def keep_switches(sw, h):
                     if a[0] == GAP or a[0] == TURN_GAP or a[0] == DISTANCE:
                         sw.limits[0].closed = 1
                     sw.touched[n] += change
+                sw.spells[n].deepest = max(sw.spells[n].deepest, -g1)
                 if b[9] > 0.0 and (g0 < 0.0 or g1 < 0.0 or _within(a, b, h, g0 + g1)):
                     follow_spell(sw.spells[n], g0, g1, change, max(abs(rate_of_gap(a)), abs(rate_of_gap(b))), h)
         else:

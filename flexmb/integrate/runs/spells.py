@@ -39,6 +39,8 @@ class Spell(Record):
     """of all contacts that have ended"""
     ended: float
     """contacts that have ended"""
+    deepest: float
+    """m or rad, below a gap of zero at the end of a step, since the last look"""
 
 
 @kernel

@@ -10,9 +10,13 @@ from flexmb.math.switches import GAP
 
 __all__ = ["SunkSurfaces"]
 
+FAR_IN = 0.75
+"""Share of the way to the deepest point of the thinner surface: a point at most a quarter of the thickness further, the
+longest way of a step, has passed the middle, behind which it is pushed out on the other side."""
+
 
 class SunkSurfaces:
-    """Looks at the gaps of pairs of surfaces with a law of elastic contact, and tells once of each contact."""
+    """Looks how deep pairs of surfaces with a law of elastic contact have been, and tells once of each contact."""
 
     def __init__(self) -> None:
         self._system: Any = None
@@ -27,11 +31,13 @@ class SunkSurfaces:
             self._begin(system)
         found = []
         for force, rows, most in self._known:
-            kinds, gaps = switching.now[rows, 0], switching.now[rows, 1]
-            beyond = np.where(kinds == GAP, -gaps / most, 0.0)
+            now = np.where(switching.now[rows, 0] == GAP, -switching.now[rows, 1], 0.0)
+            depths = np.maximum(now, switching.spells["deepest"][rows])
+            switching.spells["deepest"][rows] = 0.0
+            beyond = depths / most
             if force.title not in self.told and np.any(beyond > 1.0):
                 self.told.add(force.title)
-                found.append(_sentence(system, force, int(np.argmax(beyond)), gaps, most))
+                found.append(_sentence(system, force, int(np.argmax(beyond)), depths, most))
         return found
 
     def _begin(self, system: Any) -> None:
@@ -41,19 +47,28 @@ class SunkSurfaces:
             if not hasattr(force, "crowded") or force.impulsive or force.crowded(system.model):
                 continue
             layer = getattr(force.law, "thickness", np.inf)
-            sizes = [min(a.shape.extent, b.shape.extent) for a, b in force.pairs(system.model)]
+            sizes = [_deepest(a, b) for a, b in force.pairs(system.model)]
             rows = np.flatnonzero(owners == force.title)[::2]  # gap and slip of each pair
             if len(rows) == len(sizes):
                 self._known.append((force, rows, np.minimum(np.array(sizes), layer)))
 
 
-def _sentence(system: Any, force: Any, pair: int, gaps: np.ndarray, most: np.ndarray) -> str:
+def _deepest(a: Any, b: Any) -> float:
+    """Return the depth, m, at which two surfaces begin to pass through each other; inf if neither has an inside."""
+    return min(a.shape.extent, b.shape.extent, FAR_IN * a.depth, FAR_IN * b.depth)
+
+
+def _sentence(system: Any, force: Any, pair: int, depths: np.ndarray, most: np.ndarray) -> str:
     a, b = force.pairs(system.model)[pair]
-    layer = most[pair] == getattr(force.law, "thickness", None)
-    what = "thickness of the layer" if layer else "reach of the smaller one"
+    if most[pair] == getattr(force.law, "thickness", None):
+        what = "the thickness of the layer"
+    elif most[pair] == min(a.shape.extent, b.shape.extent):
+        what = "the reach of the smaller one"
+    else:
+        what = f"{FAR_IN:g} of the way to the middle of the thinner one"
     finer = ", or a smaller spacing" if force.law.sampled else ""
     return (
-        f"{force.title}: '{a.name}' and '{b.name}' have sunk into each other by {-gaps[pair]:.3g} m; "
-        f"expected: less than the {what}, {most[pair]:.3g} m, beyond which no law of contact holds. "
+        f"{force.title}: '{a.name}' and '{b.name}' have sunk into each other by {depths[pair]:.3g} m; "
+        f"expected: less than {what}, {most[pair]:.3g} m, beyond which no law of contact holds. "
         f"They pass through each other: look at the units of shape and law, or give a stiffer law{finer}."
     )

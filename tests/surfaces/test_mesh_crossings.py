@@ -1,0 +1,71 @@
+"""Closed meshes that pass through themselves, and shells within shells, are named; ipctk is the judge of crossings."""
+
+import numpy as np
+import pytest
+from surfaces.bodies_of_triangles import ball, box
+
+import flexmb as fmb
+from flexmb.integrate.oversights import oversights
+from flexmb.surfaces.mesh_crossings import crossings
+
+
+def together(*meshes):
+    """Return meshes as one, without joining their vertices."""
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+    vertices = np.concatenate([vertices for vertices, _ in meshes])
+    return vertices, np.concatenate([triangles + at for (_, triangles), at in zip(meshes, starts)])
+
+
+def moved(mesh, shift, size=1.0):
+    return size * mesh[0] + shift, mesh[1]
+
+
+CUBE = box((1, 1, 1))
+
+
+@pytest.mark.parametrize(
+    ("meshes", "said"),
+    [
+        ((CUBE, moved(CUBE, 0.5)), "passes through itself: 18 pair"),
+        ((box((3, 1, 1)), box((1, 3, 0.8))), "passes through itself"),
+        ((CUBE, moved(CUBE, 0.0, 0.5)), "1 of the 2 closed shells of its mesh lie within another"),
+        ((CUBE, moved(CUBE, 1.5)), ""),
+        ((CUBE, (0.5 * CUBE[0], CUBE[1][:, ::-1])), ""),
+    ],
+    ids=("crossing", "bars", "solid in solid", "apart", "cavity"),
+)
+def test_what_distances_of_a_mesh_cannot_tell(meshes, said):
+    doubt = fmb.TriangleMesh(*together(*meshes)).doubt
+    assert said in doubt
+    assert bool(said) == bool(doubt)
+
+
+def test_a_shell_turned_inside_out_is_refused():
+    """Its volume is hidden in the sum, which is that of a solid."""
+    small, triangles = moved(CUBE, 2.0, 0.5)
+    with pytest.raises(fmb.MeshError, match=r"1 of 2 closed shells turned inside out.* -0\.125 m3"):
+        fmb.TriangleMesh(*together(CUBE, (small, triangles[:, ::-1])))
+
+
+def test_checks_say_it():
+    mesh = fmb.TriangleMesh(*together(CUBE, moved(CUBE, 0.5)))
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.RigidBody("b", mass=1.0, inertia=(1, 1, 1))],
+        surfaces=[fmb.Surface("s", marker="b.center", shape=mesh)],
+    )
+    assert any("Surface 's'" in text and "passes through itself" in text for text in oversights(model))
+
+
+def test_crossings_of_another_library(rng):
+    """Balls with corners that are pulled through the other side, or not so far."""
+    ipctk = pytest.importorskip("ipctk")
+    vertices, triangles = ball(1)
+    edges, found = ipctk.edges(triangles), 0
+    for _ in range(400):
+        pulled = vertices.copy()
+        pulled[rng.integers(len(vertices))] *= rng.uniform(-1.5, 1.5)
+        pulled[rng.integers(len(vertices))] += rng.normal(size=3) * 0.3
+        expected = ipctk.has_intersections(ipctk.CollisionMesh(pulled, edges, triangles), pulled)
+        assert (crossings(pulled, triangles)[0] > 0) == expected
+        found += expected
+    assert 50 < found < 350
