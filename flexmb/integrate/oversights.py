@@ -14,6 +14,8 @@ from flexmb.model.model import Model
 __all__ = ["held_by_ground", "oversights", "places_of"]
 
 LISTED = 12
+MOST_PAIRS = 5000
+"""Of a contact in which each pair of surfaces is looked at."""
 
 
 def oversights(model: Model) -> list[str]:
@@ -33,6 +35,7 @@ def oversights(model: Model) -> list[str]:
             unseen.setdefault(passed_over, []).append(force.title)
     found += [f"{', '.join(titles[:LISTED])}: {why}" for why, titles in unseen.items()]
     found += [f"{surface.title}: {why}" for surface, why in _doubted(model)[:LISTED]]
+    found += _twice(model)[:LISTED]
     return found
 
 
@@ -40,6 +43,29 @@ def _doubted(model: Model) -> list[tuple[Any, str]]:
     """Return surfaces with what is perhaps not meant by their shapes."""
     shapes = [(surface, getattr(surface, "shape", None)) for surface in model.surfaces]
     return [(surface, shape.doubt) for surface, shape in shapes if shape is not None and shape.doubt]
+
+
+def _twice(model: Model) -> list[str]:
+    """Return sentences about surfaces that press twice: two at one place, and pairs that two contacts share."""
+    told, places, of_pair = [], {}, {}
+    for surface in model.surfaces:
+        shape = getattr(surface, "shape", None)
+        if shape is not None:
+            own = (surface.marker, type(shape), shape.numbers().tobytes())
+            other = places.setdefault(own, surface.name)
+            if other != surface.name:
+                told.append(f"surfaces '{other}' and '{surface.name}' are the same: what touches both is pressed twice")
+    for force in model.forces:
+        if not hasattr(force, "pairs") or force.crowded(model):
+            continue
+        if force.impulsive and len(force.groups[0]) * len(force.groups[1]) > MOST_PAIRS:
+            continue
+        for a, b in force.pairs(model):
+            other = of_pair.setdefault(frozenset((a.name, b.name)), force.title)
+            if other != force.title:
+                told.append(f"{other} and {force.title} both join surfaces '{a.name}' and '{b.name}': their forces add")
+                break
+    return told
 
 
 def held_by_ground(model: Model) -> set[str]:

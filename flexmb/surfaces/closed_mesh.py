@@ -59,6 +59,13 @@ def checked_mesh(vertices: Any, triangles: Any, title: str) -> tuple[np.ndarray,
             "triangles round the outward normal",
             "Flip the normals: triangles[:, ::-1]",
         )
+    if 2.0 * volume <= SAME * size * area.sum():
+        _complain(
+            title,
+            f"a volume of {volume:.3g} m3 on an area of {area.sum():.3g} m2: it has no thickness",
+            "a surface around a solid",
+            "Give the solid its thickness; scale= is metres per unit of the file",
+        )
     used = np.unique(triangles)
     number = np.zeros(len(vertices), np.int64)
     number[used] = np.arange(len(used))

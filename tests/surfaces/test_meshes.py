@@ -200,6 +200,11 @@ def moved(k, to):
         ((box((1, 1, 1))[0], box((1, 1, 1))[1] + 1), "a triangle of the vertices 1 to 8"),
         ((np.zeros((8, 2)), box((1, 1, 1))[1]), r"vertices of the shape \(8, 2\)"),
         ((np.zeros((8, 3)), box((1, 1, 1))[1]), "all vertices at one place"),
+        (box((1, 1, 2e-10)), "it has no thickness|without area"),
+        (
+            (((0, 0, 0), (1, 0, 0), (0, 1, 0), (0.3, 0.3, 2e-9)), ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))),
+            "thickness",
+        ),
     ],
 )
 def test_meshes_that_are_refused(given, said):

@@ -8,7 +8,7 @@ import pytest
 
 import flexmb as fmb
 from flexmb.surfaces.box_pairs import find_between_boxes, plane_between_boxes
-from flexmb.surfaces.records import CONTACT
+from flexmb.surfaces.records import CONTACT, HEADER
 
 G, SIDE = 9.81, 0.2
 
@@ -125,8 +125,8 @@ def test_planes_between_boxes_of_another_library(rng, count):
         half = rng.uniform(0.05, 1.0, (2, 3))
         d = rng.normal(size=3) * rng.uniform(0.2, 1.2)
         Q = np.ascontiguousarray(turned(rng.normal(size=3), rng.uniform(0, np.pi)))
-        data = np.concatenate([np.r_[4.0, np.zeros(8), h] for h in half])
-        gap, _ = plane_between_boxes(data, 0, 12, d, Q, n)
+        data = np.concatenate([np.r_[4.0, np.zeros(HEADER - 1), h] for h in half])
+        gap, _ = plane_between_boxes(data, 0, HEADER + 3, d, Q, n)
         first, second = (coal.Box(*(2.0 * h)) for h in half)
         result = coal.DistanceResult()
         expected = coal.distance(
@@ -139,7 +139,7 @@ def test_planes_between_boxes_of_another_library(rng, count):
         else:
             deep += 1
             assert gap == pytest.approx(expected, abs=2e-6)
-        for contact in contacts[: find_between_boxes(data, 0, 12, 1.0, d, Q, contacts)]:
+        for contact in contacts[: find_between_boxes(data, 0, HEADER + 3, 1.0, d, Q, contacts)]:
             assert contact["gap"] >= gap - 1e-9
             z = Q.T @ (contact["x"] - d)
             assert np.all(np.abs(z) < half[1] + 1e-9 + max(0.0, -contact["gap"]))

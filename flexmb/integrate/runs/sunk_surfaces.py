@@ -11,8 +11,8 @@ from flexmb.math.switches import GAP
 __all__ = ["SunkSurfaces"]
 
 FAR_IN = 0.75
-"""Share of the way to the deepest point of the thinner surface: a point at most a quarter of the thickness further, the
-longest way of a step, has passed the middle, behind which it is pushed out on the other side."""
+"""Share of the way to the deepest point of a surface, which samples of another one have gone: within a quarter of its
+thickness, the longest way of a step, they are behind its middle and are pushed out on the other side."""
 
 
 class SunkSurfaces:
@@ -47,15 +47,19 @@ class SunkSurfaces:
             if not hasattr(force, "crowded") or force.impulsive or force.crowded(system.model):
                 continue
             layer = getattr(force.law, "thickness", np.inf)
-            sizes = [_deepest(a, b) for a, b in force.pairs(system.model)]
+            sizes = [_deepest(force, a, b) for a, b in force.pairs(system.model)]
             rows = np.flatnonzero(owners == force.title)[::2]  # gap and slip of each pair
             if len(rows) == len(sizes):
                 self._known.append((force, rows, np.minimum(np.array(sizes), layer)))
 
 
-def _deepest(a: Any, b: Any) -> float:
-    """Return the depth, m, at which two surfaces begin to pass through each other; inf if neither has an inside."""
-    return min(a.shape.extent, b.shape.extent, FAR_IN * a.depth, FAR_IN * b.depth)
+def _deepest(force: Any, a: Any, b: Any) -> float:
+    """Return the depth, m, at which two surfaces begin to pass through each other.
+
+    Samples of one turn back at the middle of the other; a ball does so where its centre is there, by its reach deeper.
+    """
+    inside = [solid.depth for solid, other in ((a, b), (b, a)) if force.law.sampled and other.spacing is not None]
+    return min(a.shape.extent, b.shape.extent, *(FAR_IN * depth for depth in inside))
 
 
 def _sentence(system: Any, force: Any, pair: int, depths: np.ndarray, most: np.ndarray) -> str:
@@ -65,7 +69,7 @@ def _sentence(system: Any, force: Any, pair: int, depths: np.ndarray, most: np.n
     elif most[pair] == min(a.shape.extent, b.shape.extent):
         what = "the reach of the smaller one"
     else:
-        what = f"{FAR_IN:g} of the way to the middle of the thinner one"
+        what = f"{FAR_IN:g} of the way to the middle of one of them"
     finer = ", or a smaller spacing" if force.law.sampled else ""
     return (
         f"{force.title}: '{a.name}' and '{b.name}' have sunk into each other by {depths[pair]:.3g} m; "
