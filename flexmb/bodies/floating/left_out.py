@@ -87,12 +87,14 @@ class LeftOut:
         _, s, axes = np.linalg.svd(free, full_matrices=False)
         held = axes[s > ALIGNED * max(s, default=0.0)].T  # what is not held has no momentum
         rest = rows @ self.compliance @ rows.T
-        size = np.sqrt(np.einsum("ij,ij->i", soft, soft) + np.diag(rest) + np.einsum("ij,ij->i", free, free))
+        size = np.sqrt(np.einsum("ij,ij->i", soft, soft) + np.diag(rest))  # of the body's own motion, in any unit
+        size = np.where(size > 0.0, size, np.linalg.norm(free, axis=1))
         size[size == 0.0] = 1.0
-        soft, free, rest = soft / size[:, None], free / size[:, None], rest / np.outer(size, size)
-        C = _compliance(soft, free @ held, rest + YIELD * np.eye(len(rows)))
+        rigid = free @ held / size[:, None]
+        unit = np.linalg.norm(rigid, axis=0)
+        C = _compliance(soft / size[:, None], rigid / unit, rest / np.outer(size, size) + YIELD * np.eye(len(rows)))
         T = np.zeros((k + 3, len(C)))
-        T[:k, :k], T[k:, k:] = np.eye(k), (self.unit_motions @ held)[:3]
+        T[:k, :k], T[k:, k:] = np.eye(k), (self.unit_motions @ held / unit)[:3]
         T = T @ C
         values, vectors = np.linalg.eigh(T.T @ G @ T)
         return [(float(values[n]), T @ vectors[:, n]) for n in (0, -1)]
