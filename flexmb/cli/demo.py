@@ -47,7 +47,8 @@ def _shown(folder: Path, run: Path) -> int:
     from flexmb.math import compile_ahead
 
     clock = _Clock()
-    compile_ahead(fmb.GeneralizedAlpha.entries)  # for the third part, during the first and second
+    needed = fmb.GeneralizedAlpha  # for the third part, during the first and second
+    compile_ahead(needed.entries, needed.parts)
     for name in (STATION, MESH):
         shutil.copyfile(DATA / name, folder / name)
 

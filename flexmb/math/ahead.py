@@ -1,8 +1,10 @@
 """Compile kernels in other processes while this one compiles others: a first run uses more than one core.
 
-numba compiles under one lock, so threads would not help. An analysis names the entry kernels that it will call later;
-those whose machine code is not there are compiled in processes of their own. Whoever needs a kernel that another
-process is compiling waits for it (`kernel_claims`). The processes end with the one that has started them.
+numba compiles under one lock, so threads would not help. An analysis names the entry kernels that it will call later,
+and large parts of them. Those whose machine code is not there are compiled in processes of their own: each takes the
+next that nobody compiles, parts first, while this one compiles what it needs in the order of its calls. Whoever needs a
+kernel that another process is compiling waits for it (`kernel_claims`). The processes end with the one that has started
+them.
 """
 
 from __future__ import annotations
@@ -21,8 +23,15 @@ SWITCH = "FLEXMB_AHEAD"
 _started: list[subprocess.Popen] = []
 
 
-def compile_ahead(kernels: Iterable[Any]) -> int:
+def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = ()) -> int:
     """Compile entry kernels in other processes, as far as their machine code is missing and cores are free.
+
+    Parameters
+    ----------
+    kernels : iterable of kernels
+        Those that the analysis will call.
+    parts : iterable of kernels
+        Large ones that they call, each with declared types, in the order in which they are begun.
 
     Returns
     -------
@@ -33,10 +42,12 @@ def compile_ahead(kernels: Iterable[Any]) -> int:
     if os.environ.get(SWITCH) == "0" or spare < 1:
         return 0
     _started[:] = [process for process in _started if process.poll() is None]
-    missing = [kernel for kernel in kernels if not kernel.overloads and not _is_kept(kernel)]
+    missing = [kernel for kernel in kernels if _is_missing(kernel)]
+    if missing:  # where the entries are there, so are their parts
+        missing = [kernel for kernel in parts if _is_missing(kernel)] + missing
     spare = min(spare - len(_started), len(missing))
+    names = [f"{kernel.py_func.__module__}:{kernel.py_func.__qualname__}" for kernel in missing]
     for part in range(spare):
-        names = [f"{kernel.py_func.__module__}:{kernel.py_func.__qualname__}" for kernel in missing[part::spare]]
         command = [sys.executable, "-c", "from flexmb.math.ahead import main; main()", str(os.getpid()), *names]
         quiet = subprocess.DEVNULL
         environment = {**os.environ, SWITCH: "0", "FLEXMB_QUIET": "1"}
@@ -55,11 +66,12 @@ def main() -> None:
             return
         module, _, function = name.partition(":")
         kernel = getattr(import_module(module), function)
-        kernel.compile(kernel.entry)
+        if _is_missing(kernel) and not kernel._cache.is_being_compiled(kernel.entry, kernel.targetctx):
+            kernel.compile(kernel.entry)
 
 
-def _is_kept(kernel: Any) -> bool:
-    return kernel._cache.holds(kernel.entry, kernel.targetctx)
+def _is_missing(kernel: Any) -> bool:
+    return not kernel.overloads and not kernel._cache.holds(kernel.entry, kernel.targetctx)
 
 
 def cores() -> int:

@@ -11,7 +11,10 @@ of one pattern do not touch each other's. Source of the row-wise form: Davis, Di
 
 from __future__ import annotations
 
-from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.block_pattern import BlockPattern
+from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
+from flexmb.math.structures import array_type, numba_type
+from flexmb.math.tables import FLOATS
 
 __all__ = ["lu_factor", "lu_solve", "lu_solve_softened", "subtract_product"]
 
@@ -158,7 +161,7 @@ def _factor_six(S, p, first, corner, width, columns):
     return -1
 
 
-@kernel
+@entry_kernel(array_type(FLOATS), numba_type(BlockPattern))
 def lu_factor(S, p):
     """Factorise S = L U in place; return -1, or the first row (place) whose pivot vanishes or is not finite.
 
@@ -321,7 +324,7 @@ def _substitute(S, p, b):
         b[p.order[row]] = w[row]
 
 
-@kernel
+@entry_kernel(array_type(FLOATS), numba_type(BlockPattern), array_type(FLOATS))
 def lu_solve(S, p, b):
     """Solve L U x = b in place, unknowns in their natural order; what dependent equations contradict is left out.
 

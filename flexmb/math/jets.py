@@ -18,9 +18,10 @@ import numpy as np
 
 from flexmb.math import operations as op
 from flexmb.math.grids import interpolate_grid
-from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
 from flexmb.math.plain_loops import copy_into, knots_until
-from flexmb.math.structures import Floats, Integers, structure
+from flexmb.math.structures import Floats, Integers, array_type, numba_type, structure
+from flexmb.math.tables import FLOATS, NUMBER
 
 __all__ = ["SignalCode", "interpolate", "run_program", "sample_signals"]
 
@@ -291,7 +292,7 @@ def run_program(ops, args, first, last, time, inputs, tables, table_starts, stac
             copy_into(stack[top], stack[chosen])
 
 
-@kernel
+@entry_kernel(NUMBER, numba_type(SignalCode), array_type(FLOATS, 2))
 def sample_signals(t, signals, out):
     """Write value, first and second time derivative of every signal at time t.
 

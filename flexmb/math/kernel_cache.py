@@ -27,7 +27,7 @@ from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 from numba.core.typing import Signature
 
-from flexmb.math.kernel_claims import claim, release
+from flexmb.math.kernel_claims import claim, is_claimed, release
 from flexmb.math.kernel_content import UnknownContent, code_digest, type_text
 from flexmb.math.kernel_library import rebuilt, reduced
 from flexmb.math.shipped_kernels import BASELINES, SHIPPED, lacking, why_unused
@@ -101,6 +101,10 @@ class KernelCache(_Cache):
     def holds(self, sig, target_context) -> bool:
         """Is there a file for these argument types?"""
         return any(path.exists() for path in self._paths(sig, target_context))
+
+    def is_being_compiled(self, sig, target_context) -> bool:
+        """Is a process compiling for these argument types?"""
+        return any(map(is_claimed, self._paths(sig, target_context)[:1]))
 
     def _paths(self, sig, target_context) -> list[Path]:
         """Return where machine code may be: made for this processor, and come with the package; none if it is not

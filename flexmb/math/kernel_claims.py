@@ -14,9 +14,9 @@ from pathlib import Path
 from numba.core import event
 
 from flexmb.errors import DataFileError
-from flexmb.lock import Lock
+from flexmb.lock import Lock, holder
 
-__all__ = ["claim", "give_up", "release"]
+__all__ = ["claim", "give_up", "is_claimed", "release"]
 
 PATIENCE = 600.0
 """s: so long another process is waited for; nothing takes so long to compile but a process that stands still."""
@@ -47,6 +47,11 @@ def claim(path: Path) -> bool:
         _claims[path] = os.getpid(), lock
         return False
     return False
+
+
+def is_claimed(path: Path) -> bool:
+    """Is this process, or another one, compiling a kernel?"""
+    return path in _claims or bool(holder(path))
 
 
 def release(path: Path) -> None:

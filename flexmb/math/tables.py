@@ -28,6 +28,7 @@ from flexmb.math.weights import Weights
 
 __all__ = [
     "BYTES",
+    "CHOICE",
     "COUNT",
     "DAMPED",
     "DIRECT",
@@ -178,7 +179,7 @@ class Work(NamedTuple):
 
 
 FLOATS, INTEGERS, BYTES = np.dtype(float), np.dtype(np.int64), np.dtype(np.uint8)
-NUMBER, COUNT = types.float64, types.int64
+NUMBER, COUNT, CHOICE = types.float64, types.int64, types.boolean
 void = types.void
 
 

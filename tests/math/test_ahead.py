@@ -1,13 +1,15 @@
 """Entry kernels that are missing are compiled in another process, once, and found there by this one."""
 
 import importlib
+import os
 import sys
 
 import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.math import ahead, declared_kernels
+from flexmb.lock import Lock
+from flexmb.math import ahead, declared_kernels, kernel_claims
 
 ENTRY = """
 from numba import types
@@ -43,6 +45,26 @@ def test_missing_kernels_are_compiled_elsewhere(cube):
     assert ahead.compile_ahead([cube]) == 0
 
 
+def test_what_another_process_compiles_is_left_to_it(cube, monkeypatch):
+    """Nor is anything compiled twice."""
+    path = cube._cache._paths(cube.entry, cube.targetctx)[0]
+    path.parent.mkdir(parents=True)
+    monkeypatch.setattr(sys, "argv", ["", str(os.getppid()), "cubes:cube"])
+    with Lock(path, "Kernel"):
+        ahead.main()
+    assert not cube.overloads
+    ahead.main()
+    assert list(cube.overloads) == [cube.entry]
+    assert path.exists()
+    assert not kernel_claims.is_claimed(path)
+
+
+def test_parts_are_passed_over_where_the_whole_is_there(cube, monkeypatch):
+    assert cube(2.0) == 8.0
+    monkeypatch.setattr(ahead.subprocess, "Popen", None)
+    assert ahead.compile_ahead([cube], [None]) == 0
+
+
 def test_nothing_is_started_where_cores_are_not_free(cube, monkeypatch):
     monkeypatch.setattr(ahead, "cores", lambda: 1)
     assert ahead.compile_ahead([cube]) == 0
@@ -59,8 +81,10 @@ def test_nothing_is_started_where_cores_are_not_free(cube, monkeypatch):
 def test_entries_are_declared_with_the_types_they_are_called_with(integrator):
     """A run calls the kernel that was compiled before it, and no other."""
     assert integrator.entries
-    for entry in integrator.entries:
+    parts = getattr(integrator, "parts", ())
+    for entry in (*integrator.entries, *parts):
         entry.compile(entry.entry)
+    versions = [len(part.overloads) for part in parts]  # other integrators call some with other types
     model = fmb.Model(
         bodies=[fmb.Ground(), fmb.RigidBody("ball", mass=1.0, inertia=(1, 1, 1))],
         gravity=(0, 0, -9.81),
@@ -69,7 +93,8 @@ def test_entries_are_declared_with_the_types_they_are_called_with(integrator):
     solution = fmb.simulate(model, 0.1, integrator=integrator)
     for entry in integrator.entries:
         assert len(entry.overloads) == 1
-        assert entry in declared_kernels("flexmb.integrate")
+    assert versions == [len(part.overloads) for part in parts]
+    assert set(integrator.entries) | set(parts) <= set(declared_kernels("flexmb"))
     np.testing.assert_allclose(solution["place"][-1], (0, 0, -0.5 * 9.81 * 0.01), rtol=1e-6, atol=1e-9)
 
 

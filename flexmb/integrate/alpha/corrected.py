@@ -11,10 +11,13 @@ import numpy as np
 
 from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
 from flexmb.integrate.alpha.step_size import fit_to_step, keep_rates
+from flexmb.integrate.alpha.variables import Controls, Motions
 from flexmb.integrate.runs.gap import EVERY, measure
 from flexmb.math.block_lu import lu_factor
-from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.tables import State
+from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
+from flexmb.math.program import PROGRAM
+from flexmb.math.structures import numba_type
+from flexmb.math.tables import CHOICE, NUMBER, WORK, State
 from flexmb.system.program import constraint_velocity, evaluate, keep_branches
 
 __all__ = ["follow", "follow_anew", "local_errors"]
@@ -23,7 +26,7 @@ CORRECTIONS, ENOUGH = 6, 0.1
 """Corrections of a step at most, and what they may leave, relative to the tolerance of a step."""
 
 
-@kernel
+@entry_kernel(PROGRAM, numba_type(Motions), numba_type(Controls), NUMBER)
 def local_errors(program, motions, c, h):
     """Write the local errors of a step, before it is accepted: what its end has too much.
 
@@ -66,7 +69,7 @@ def local_errors(program, motions, c, h):
             apart.dx[iu + i] -= third * (wj * ak - wk * aj + vj * bk - vk * bj)
 
 
-@kernel
+@entry_kernel(PROGRAM, WORK, numba_type(Motions), numba_type(Controls), NUMBER, NUMBER, CHOICE)
 def follow(program, work, motions, c, h, t, short):
     """Take the step that has just been accepted, to time t, once more without its local errors.
 

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.integrate.alpha.added_errors import beside, taken_over
 from flexmb.integrate.alpha.jump import take_jump
+from flexmb.integrate.alpha.large_kernels import LARGE_KERNELS
 from flexmb.integrate.alpha.newmark import SINGULAR, STALLED, run_steps
 from flexmb.integrate.alpha.variables import COUNTED, AlphaRun, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
@@ -98,6 +99,8 @@ class GeneralizedAlpha(metaclass=Described):
     follow_errors: bool = True
     entries: ClassVar[tuple] = (run_steps,)
     """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
+    parts: ClassVar[tuple] = LARGE_KERNELS
+    """Large kernels that those call; processes share them."""
     in_kernels: ClassVar[bool] = True
     """No Python runs between samples."""
     steps_in_contact: ClassVar[float] = 8.0

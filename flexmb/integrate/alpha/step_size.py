@@ -4,12 +4,15 @@ steps of size zero. Theory: integrators.
 
 from __future__ import annotations
 
+from flexmb.integrate.alpha.variables import Controls, Variables
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
 from flexmb.math.block_lu import lu_solve
 from flexmb.math.energies import write_powers
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import entry_kernel, kernel
 from flexmb.math.plain_loops import all_finite, copy_into
-from flexmb.math.tables import State
+from flexmb.math.program import PROGRAM
+from flexmb.math.structures import array_type, numba_type
+from flexmb.math.tables import FLOATS, NUMBER, WORK, State
 from flexmb.system.accelerations import accelerations, corrected_accelerations
 from flexmb.system.program import evaluate
 
@@ -49,7 +52,7 @@ def change_of_velocities(program, work, v, h):
         turn(v.world, v.q, v.change)
 
 
-@kernel
+@entry_kernel(PROGRAM, WORK, numba_type(Variables), NUMBER)
 def fit_to_step(program, work, v, h):
     """Move what belongs to the step size, algorithmic acceleration and rate of the constraints, to a new one.
 
@@ -90,7 +93,7 @@ def is_short(v, c, h, planned):
     return noise or h < SHORT * v.run[0].size
 
 
-@kernel
+@entry_kernel(PROGRAM, WORK, numba_type(Variables), numba_type(Controls), NUMBER)
 def settle_short_step(program, work, v, c, h):
     """Solve for accelerations and multipliers at the end of a short step: its own are the rounding of positions
     divided by the square of its size. Where there is no solution they stay as they are; return if there is.
@@ -134,7 +137,7 @@ def keep_rates(v, c, h, planned):
     return tells
 
 
-@kernel
+@entry_kernel(PROGRAM, WORK, numba_type(Variables), numba_type(Controls), *[array_type(FLOATS)] * 3)
 def write_sample(program, work, v, c, u, a, lam):
     """Write velocities, accelerations and multipliers of a sample.
 

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from flexmb.math.energies import stored_energies
-from flexmb.math.kernel import kernel
-from flexmb.math.tables import State
+from flexmb.math.kernel import entry_kernel
+from flexmb.math.program import PROGRAM
+from flexmb.math.structures import array_type
+from flexmb.math.tables import FLOATS, WORK, State
 from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.program import energies, evaluate
 
-__all__ = ["SHARE", "EnergyWatch"]
+__all__ = ["SHARE", "EnergyWatch", "energies_of_samples"]
 
 SHARE = 0.02
 """Energy that no law explains, relative to the largest that moves in the phase, from which on a run warns."""
@@ -33,13 +35,15 @@ SEEN = 10
 REMEDY = "Give the integrator a smaller rtol or step, or use Implicit, IDA or Explicit to compare"
 
 
-@kernel
-def _sampled(program, work, t, q, u, a, lam, signals, energy):
+@entry_kernel(PROGRAM, WORK, array_type(FLOATS), *[array_type(FLOATS, 2)] * 6)
+def energies_of_samples(program, work, t, q, u, a, lam, signals, energy):
     """Write kinetic, elastic and potential energy of every sample to `energy` (nt, 3)."""
     no_matrix(work.weights)
     for k in range(len(t)):
         energies(program, State(t[k], q[k], u[k], a[k], lam[k], signals), work)
-        energy[k] = stored_energies(work.energy)
+        found = stored_energies(work.energy)
+        for i in range(3):  # one by one: a row at once takes 2 s to compile, for the text of its error
+            energy[k, i] = found[i]
 
 
 class EnergyWatch:
@@ -74,7 +78,7 @@ class EnergyWatch:
         system = self.system
         energy = np.zeros((len(rows["t"]), 3))
         arrays = [np.ascontiguousarray(rows[name], float) for name in ("t", "q", "u", "a", "lam")]
-        _sampled(system.program, self.work, *arrays, np.zeros((max(1, system.n_signals), 3)), energy)
+        energies_of_samples(system.program, self.work, *arrays, np.zeros((max(1, system.n_signals), 3)), energy)
         given = rows["works"] @ (1.0, 1.0, -1.0)
         now = np.column_stack([energy, rows["works"], energy.sum(axis=1) - given])
         if not np.all(np.isfinite(now)):

@@ -66,7 +66,7 @@ class Family:
         clock, told, heard = time.perf_counter(), [], []
         assembled = self._alikes.assembled(model, 0.0) if start is None else None
         if assembled is None:
-            compile_ahead(getattr(integrator, "entries", ()))
+            compile_ahead(getattr(integrator, "entries", ()), getattr(integrator, "parts", ()))
             state = None if start is None else state_at(start, model, 0.0)
             with listening() as heard:
                 assembled = (

@@ -194,7 +194,7 @@ def simulate(
     require_time_limit(time_limit, "simulate")
     times = sample_times(t_start, t_end, samples)
     require_orbit(model, float(times[-1]))
-    compile_ahead(getattr(integrator, "entries", ()))
+    compile_ahead(getattr(integrator, "entries", ()), getattr(integrator, "parts", ()))
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []

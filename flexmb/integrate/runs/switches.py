@@ -11,9 +11,12 @@ import numpy as np
 
 from flexmb.integrate.runs.formula_kinks import LONGEST, crossed, left_piece
 from flexmb.integrate.runs.gaps_in_steps import first_change, gap_at, rate_of_gap
-from flexmb.integrate.runs.switching import read_switches
-from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.integrate.runs.switching import Switching, read_switches
+from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
+from flexmb.math.program import PROGRAM
+from flexmb.math.structures import numba_type
 from flexmb.math.switches import CROSSING, KINK, PIECE, SLIP, TURN, TURN_GAP, call_sweep
+from flexmb.math.tables import CHOICE, NUMBER
 from flexmb.system.program import run_kernels
 
 __all__ = ["allowed", "part_of_step"]
@@ -91,7 +94,7 @@ def _swept(program, sw, h, floor):
     return part[0]
 
 
-@kernel
+@entry_kernel(PROGRAM, numba_type(Switching), NUMBER, CHOICE)
 def allowed(program, sw, h, adaptive):
     """Return the part of a step that may be taken; from 1.0 on it may, and the next be so many times as long.
 
