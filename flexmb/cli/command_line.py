@@ -87,10 +87,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FlexmbError as error:
         print(f"{command}: {in_files_and_options(str(error), '--statics' in _options(command))}", file=sys.stderr)
         return FAILED
-    except (KeyboardInterrupt, SystemError) as error:
-        if not caused_by_interrupt(error):
+    except (KeyboardInterrupt, SystemError, RuntimeError, ImportError) as error:
+        if not caused_by_interrupt(error):  # which struck in the first call of a compiled function, or in an import
             raise
-        print(f"{command}: interrupted", file=sys.stderr)  # also in the first call of a compiled function
+        print(f"{command}: interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of a pipe has closed it: flexmb check ... | head
         _close_output()

@@ -216,8 +216,9 @@ def _note_use(path: Path) -> None:
 def _remove_unused(folder: Path, pattern: str) -> None:
     oldest = time.time() - UNUSED_DAYS * 86400.0
     for path in folder.glob(pattern):
-        if path.stat().st_mtime < oldest:
-            _remove(path)
+        with suppress(OSError):  # another process removed it meanwhile: nothing to warn of
+            if path.stat().st_mtime < oldest:
+                path.unlink(missing_ok=True)
 
 
 @cache

@@ -132,6 +132,35 @@ def test_progress_on_a_terminal():
     assert stream.text.split("\r")[-2].strip() == ""
 
 
+LOADING = """
+import sys
+
+class Struck:
+    def __set_name__(self, owner, name):
+        raise {error}
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == "flexmb.cli.command_line":
+            type("Loaded", (), {{"struck": Struck()}})
+
+sys.meta_path.insert(0, Finder())
+from flexmb.cli import main
+
+sys.exit(main(["check", "any.toml"]))
+"""
+
+
+@pytest.mark.parametrize(("error", "code"), [("KeyboardInterrupt", 130), ("ValueError", 1)])
+def test_an_interruption_while_a_class_is_loaded(error, code):
+    """Until 3.12, Python makes a RuntimeError of what `__set_name__` raises; an error of another kind is shown."""
+    child = subprocess.run(
+        [sys.executable, "-c", LOADING.format(error=error)], capture_output=True, text=True, check=False
+    )
+    assert child.returncode == code, child.stderr
+    assert ("Traceback" in child.stderr) == (code == 1)
+
+
 def test_no_progress_in_a_file():
     stream = Terminal(shown=False)
     with ProgressBar(stream) as progress:

@@ -101,6 +101,14 @@ def foreign(pushed, capsys):
 
 
 OF_MODELS = (["check"], ["run", "--out", "new"], ["sweep", "--over", "none=1,2", "--out", "sweep"])
+OF_LINEAR_MODELS = (
+    ["statics", "-o", "rest.csv"],
+    ["modes"],
+    ["linearize", "-o", "plant.mat"],
+    ["bode", "-o", "bode.png"],
+    ["psd", "--density", "1", "-o", "psd.png"],
+    ["locus", "--over", "none=1:2:2", "-o", "locus.png"],
+)
 OF_RUNS = (
     ["resume", "--t-end", "0.2"],
     ["report", "--no-pictures"],
@@ -116,6 +124,20 @@ OF_RUNS = (
 @pytest.mark.parametrize("verb", OF_MODELS, ids=lambda verb: verb[0])
 def test_verbs_that_read_a_model_ask_for_trust(pushed, verb):
     assert main([verb[0], str(pushed), *verb[1:]]) == 2
+    assert not imported(pushed)
+
+
+@pytest.mark.parametrize("verb", OF_LINEAR_MODELS, ids=lambda verb: verb[0])
+def test_linear_analyses_ask_for_trust(pushed, verb, capsys):
+    with pushed.open("a") as file:
+        file.write("\n[parameters]\nnone = 1.0\n")
+    assert main([verb[0], str(pushed), *verb[1:]]) == 2
+    assert "names Python code" in capsys.readouterr().err
+    assert not imported(pushed)
+
+
+def test_a_unit_of_fmi_is_written_without_the_import(pushed):
+    assert main(["fmu", str(pushed), "-o", "pushed.fmu"]) == 0
     assert not imported(pushed)
 
 

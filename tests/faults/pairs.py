@@ -82,7 +82,8 @@ def pairs_of_verbs(bench: Bench) -> Counts:
         first, second, complete = pairs[k % len(pairs)]
         for left in (run, study, folder / "bodies"):
             shutil.rmtree(left, ignore_errors=True)
-        body.unlink(missing_ok=True)
+        for left in (body, body.with_suffix(".html")):  # `reduce` refuses to replace either
+            left.unlink(missing_ok=True)
         shutil.copytree(bench.folder / "reference", run)
         began = time.monotonic()
         one = begin(first)
