@@ -82,7 +82,7 @@ def pairs_of_verbs(bench: Bench) -> Counts:
         first, second, complete = pairs[k % len(pairs)]
         for left in (run, study, folder / "bodies"):
             shutil.rmtree(left, ignore_errors=True)
-        for left in (body, body.with_suffix(".html")):  # `reduce` refuses to replace either
+        for left in (body, *map(body.with_suffix, (".html", ".json"))):  # `reduce` replaces none of them
             left.unlink(missing_ok=True)
         shutil.copytree(bench.folder / "reference", run)
         began = time.monotonic()
