@@ -72,16 +72,17 @@ class UnitVariables:
             known = [] if variable is None else elements_of(variable)
             at = known.index(name) if name in known else None
             variable = variable if at is not None else None
-        fits = variable is not None and variable.causality in causalities
-        if fits and variable.type not in NUMBERS:
+        if variable is not None and variable.causality not in causalities:
+            variable = None
+        if variable is not None and variable.type not in NUMBERS:
             raise ModelError(
                 self.title,
                 found=f"{causalities[0]} '{name}' of the type {variable.type}",
                 expected="a real number, an integer, a boolean or an enumeration",
                 remedy="Connect a number; strings, binaries and clocks have no counterpart here",
             )
-        if not fits or (at is None and _shape(variable)):
-            whole = fits and elements_of(variable)
+        if variable is None or (at is None and _shape(variable)):
+            whole = [] if variable is None else elements_of(variable)
             usable = [v for v in self.by_name.values() if v.causality in causalities and v.type in NUMBERS]
             known = [one for v in usable for one in elements_of(v)]
             raise ModelError(
