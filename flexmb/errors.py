@@ -115,9 +115,14 @@ MOST = 24
 
 
 def caused_by_interrupt(error: BaseException | None) -> bool:
-    """Is there a KeyboardInterrupt among the causes of an error?"""
+    """Is there a KeyboardInterrupt among the causes of an error?
+
+    What is raised while an interrupted run is stored is an error of its own: only what Python itself makes of an
+    interrupt without a cause, SystemError, is followed through its context.
+    """
     while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
+        apart = isinstance(error, (RuntimeError, ImportError))
+        error = error.__cause__ if apart else error.__cause__ or error.__context__
     return error is not None
 
 

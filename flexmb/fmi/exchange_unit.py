@@ -17,7 +17,7 @@ import numpy as np
 from flexmb.errors import DataFileError, IntegrationError, ModelError
 from flexmb.fmi.library import release
 from flexmb.fmi.unit_file import FATAL, Speaking, load_unit, read_unit, require_platform, what_it_is_for
-from flexmb.fmi.unit_variables import REALS, Element, UnitVariables, elements_of
+from flexmb.fmi.unit_variables import SMOOTH, Element, UnitVariables, elements_of
 
 __all__ = ["ExchangeUnit"]
 
@@ -103,7 +103,7 @@ class ExchangeUnit:
         """Raise ModelError unless a number is real and continuous: what is part of a system has derivatives."""
         variable, _ = self.variable(name, *causalities)
         discrete = causalities[0] == "input" and variable.variability == "discrete"
-        if variable.type not in REALS or discrete:
+        if variable.type not in SMOOTH or discrete:
             raise ModelError(
                 self.title,
                 found=f"{causalities[0]} '{name}', " + ("discrete" if discrete else f"of the type {variable.type}"),

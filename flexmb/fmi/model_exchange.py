@@ -15,7 +15,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.fmi.exchange_unit import ExchangeUnit
 from flexmb.fmi.unit_file import FATAL
-from flexmb.fmi.unit_variables import REALS, elements_of
+from flexmb.fmi.unit_variables import SMOOTH, elements_of
 from flexmb.model.block import Block
 from flexmb.model.described import is_number
 from flexmb.model.function_block import Function
@@ -110,7 +110,7 @@ class ModelExchange(Block):
     def outputs(self) -> tuple[str, ...]:
         """Return the names of the outputs that are real numbers."""
         every = self._unit.loaded.variables.values()  # type: ignore[attr-defined]
-        return tuple(name for v in every if v.causality == "output" and v.type in REALS for name in elements_of(v))
+        return tuple(name for v in every if v.causality == "output" and v.type in SMOOTH for name in elements_of(v))
 
     def __getitem__(self, name: str) -> Signal:
         """Return an output or a state of the unit as a signal."""

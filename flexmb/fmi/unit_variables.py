@@ -12,9 +12,12 @@ import numpy as np
 
 from flexmb.errors import DataFileError, IntegrationError, ModelError, did_you_mean, listed
 
-__all__ = ["REALS", "Element", "UnitVariables", "elements_of"]
+__all__ = ["REALS", "SMOOTH", "Element", "UnitVariables", "elements_of"]
 
-REALS = ("Real", "Float64", "Float32")
+SMOOTH = ("Real", "Float64")
+"""Reals whose differences are derivatives: those of 32 bits have seven digits."""
+REALS = (*SMOOTH, "Float32")
+LARGEST = float(np.finfo(np.float32).max)
 WHOLE = {
     "Integer": (-(2**31), 2**31 - 1),
     "Enumeration": (-(2**31), 2**31 - 1),
@@ -97,7 +100,7 @@ class UnitVariables:
     def set(self, name: str, value: float, *causalities: str) -> None:
         """Set a number; parameters must be what they are set to."""
         variable, at = self.find(name, *causalities)
-        given = self._as_type(variable, name, float(value))
+        given = self._as_type(variable, name, value)
         if at is None:
             self._call("set", variable)([variable.valueReference], [given])
             return
@@ -122,19 +125,28 @@ class UnitVariables:
 
     def _as_type(self, variable: Any, name: str, value: float) -> Any:
         """Return a number as the type of a variable has it."""
-        if variable.type in REALS:
-            return value
         exact = variable.causality == "parameter"
-        if variable.type == "Boolean" and not exact and np.isfinite(value):
+        if variable.type in REALS:
+            value = float(value)
+            if variable.type == "Float32" and LARGEST < abs(value) < np.inf:
+                raise self._unfit(variable, name, f"{value:.9g}", exact, f"at most {LARGEST:.9g} in size")
+            return value
+        value = int(value) if isinstance(value, (int, np.integer)) else float(value)  # 2^53 + 1 is no float
+        finite = isinstance(value, int) or np.isfinite(value)
+        if variable.type == "Boolean" and not exact and finite:
             return int(value >= 0.5)
         low, high = WHOLE.get(variable.type, (0, 1))
-        if np.isfinite(value) and low <= round(value) <= high and (not exact or value == round(value)):
+        if finite and low <= round(value) <= high and (not exact or value == round(value)):
             return round(value)
-        kind = ModelError if exact else IntegrationError
-        raise kind(
+        found = f"{value:.9g}" if isinstance(value, float) else f"{value!s:.40}"
+        raise self._unfit(variable, name, found, exact, f"a whole number from {low} to {high}")
+
+    def _unfit(self, variable: Any, name: str, value: str, exact: bool, expected: str) -> Exception:
+        """Return the error of a number that the type of a variable cannot hold."""
+        return (ModelError if exact else IntegrationError)(
             self.title,
-            found=f"{variable.causality} {name} = {value:.9g}",
-            expected=f"{variable.type}: a whole number from {low} to {high}",
+            found=f"{variable.causality} {name} = {value}",
+            expected=f"{variable.type}: {expected}",
             remedy="Correct the value" if exact else "Limit what it is connected to, with a Limit or a formula",
         )
 

@@ -137,8 +137,9 @@ def part_within(data, by_samples, at_a, at_b, a, b, rate, h, floor, contacts):
     """Return the part of a step, one that begins or ends where two surfaces touch, that leads no further than `ROOM`
     beyond the first touch; 2.0 if all of it does. `rate`, m/s, is that of the gap at its begin.
     """
-    room = ROOM * min(data[at_a + THICKNESS], data[at_b + THICKNESS])
-    if not -rate * h > room:
+    thickness = min(data[at_a + THICKNESS], data[at_b + THICKNESS])
+    room = ROOM * thickness
+    if not -rate * h > room or a[1] < -thickness:  # deeper than it is thick: nothing is left to pass through
         return NEVER
     touch = 0.0
     if a[1] > 0.0:

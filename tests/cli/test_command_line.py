@@ -11,6 +11,7 @@ import pytest
 
 from flexmb.cli import command_line, main
 from flexmb.cli.progress import ProgressBar
+from flexmb.errors import caused_by_interrupt
 
 
 @pytest.mark.parametrize("verb", command_line.VERBS, ids=lambda verb: verb.NAME)
@@ -159,6 +160,13 @@ def test_an_interruption_while_a_class_is_loaded(error, code):
     )
     assert child.returncode == code, child.stderr
     assert ("Traceback" in child.stderr) == (code == 1)
+
+
+def test_an_error_while_an_interrupted_run_is_stored_is_no_interruption():
+    failed, stopped = RuntimeError("unable to flush the file"), ImportError("partly loaded")
+    failed.__context__ = stopped.__cause__ = KeyboardInterrupt()
+    assert not caused_by_interrupt(failed)
+    assert caused_by_interrupt(stopped)
 
 
 def test_no_progress_in_a_file():

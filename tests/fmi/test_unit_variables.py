@@ -47,6 +47,7 @@ def with_unit(*described, old=False):
         ("Boolean", True, 0.49, ("Boolean", [0])),
         ("Float32", False, 1.5, ("Float32", [1.5])),
         ("UInt8", False, 254.6, ("UInt8", [255])),
+        ("UInt64", False, 2**53 + 1, ("UInt64", [2**53 + 1])),
         ("Int64", False, -3.2, ("Int64", [-3])),
         ("Enumeration", False, 2.0, ("Int64", [2])),
         ("Boolean", False, 7.0, ("Boolean", [1])),
@@ -63,6 +64,11 @@ def test_a_number_becomes_what_the_variable_holds(kind, old, value, call):
 def test_what_does_not_fit_is_named_with_the_bounds(kind, value):
     with pytest.raises(fmb.IntegrationError, match=rf"input v = .* {kind}: a whole number from"):
         with_unit(variable("v", kind)).set("v", value, "input")
+
+
+def test_a_real_of_32_bits_has_its_bounds():
+    with pytest.raises(fmb.IntegrationError, match=r"input v = 1e\+300.* Float32: at most 3\.40282347e\+38"):
+        with_unit(variable("v", "Float32")).set("v", 1e300, "input")
 
 
 @pytest.mark.parametrize(("kind", "value"), [("Int32", 2.5), ("Boolean", 0.5), ("Boolean", 2.0), ("UInt8", 300.0)])

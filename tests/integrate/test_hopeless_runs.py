@@ -51,6 +51,7 @@ INTEGRATORS = [
 def test_a_long_run_is_told(pendulum, integrator, monkeypatch):
     """The part that moves fastest is named, and asking for it does not disturb the run."""
     monkeypatch.setattr(pace, "FIRST", 0.0)
+    monkeypatch.setattr(pace, "LONG", 1.0)  # s: a fast machine has less left of these 1e6 s than a user would mind
     message = r"Model 'model', \w+: \d+ steps have reached t = .* s of 1000000 s; .* \(\d+ steps of about .* would take"
     with warnings.catch_warnings():
         warnings.simplefilter("error", fmb.SlowRunWarning)

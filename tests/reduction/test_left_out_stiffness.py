@@ -123,6 +123,17 @@ def test_a_foot_that_holds(foot, euler, recwarn):
     assert not [w for w in recwarn if "leaves out" in str(w.message)]
 
 
+@pytest.mark.parametrize(("length", "slenderness"), [(0.01, 1e-2), (1e4, 1e-2), (1.0, 1e-4)])
+def test_what_a_clamp_holds_does_not_depend_on_size(length, slenderness):
+    """Places in m and turns in rad are compared by direction: a clamped column is told its share of Euler's load."""
+    points = np.column_stack([np.linspace(0.0, length, 13), np.zeros((13, 2))])
+    section = fem.Section.solid_circle(slenderness * length)
+    fe = fem.frame(points, section=section, material=STEEL, node_sets={"a": [0], "b": [12]})
+    data = reduction.reduce(fe, {"a": "a", "b": "b"}, 4)
+    euler = np.pi**2 / 4 * 210e9 * np.pi * (slenderness * length) ** 4 / 64 / length**2
+    assert 0.1 * share(column(data, 0.05 * euler)) == pytest.approx(0.05, rel=2e-3)
+
+
 def shaft(place, bearings, nodes=20):
     """Return an equilibrium of a shaft that bearings hold at its foot and at a place, with a load on its free end."""
     points = np.column_stack([np.linspace(0.0, L, nodes + 1), np.zeros((nodes + 1, 2))])

@@ -84,7 +84,8 @@ class LeftOut:
         along, turn = np.split(rows.reshape(len(rows), len(self.places), 6), 2, axis=2)
         rigid = np.hstack([np.sum(turn + np.cross(self.places, along), axis=1), np.sum(along, axis=1)])
         free = rigid @ self.unit_motions
-        _, s, axes = np.linalg.svd(free, full_matrices=False)
+        norms = np.linalg.norm(free, axis=1, keepdims=True)  # rows in m and in rad are compared by direction only
+        _, s, axes = np.linalg.svd(free / np.where(norms > 0.0, norms, 1.0), full_matrices=False)
         held = axes[s > ALIGNED * max(s, default=0.0)].T  # what is not held has no momentum
         rest = rows @ self.compliance @ rows.T
         size = np.sqrt(np.einsum("ij,ij->i", soft, soft) + np.diag(rest))  # of the body's own motion, in any unit

@@ -142,7 +142,8 @@ def allowed(program, sw, h, adaptive):
         if follows and strikes and (g0 < 0.0 or g1 < 0.0 or _touched(a, b, h, g0, g1, speed)):
             share = sw.limits[0].impact
             # a speed that is a difference of positions has their rounding over the step: a shorter one would have more
-            slow = max(slow, sw.limits[0].rounding / h)
+            if sw.limits[0].rounding > 0.0:
+                slow = max(slow, sw.limits[0].rounding * floor / (sw.limits[0].floor * h))
             fits = _struck(a, b, h, g0, g1, share, slow)
             if g0 > 0.0 > g1 and fits >= 1.0 and _struck(a, b, h, g0, g1, min(share, AT_BEGIN), slow) < 1.0:
                 fits = max(SHORTEST, min(0.9, first_change(a, b, h, 0.0)))

@@ -30,7 +30,8 @@ class SwitchLimits(Record):
     blur: float
     """1: steps across a jump are not shorter than a displacement that does not matter; 0: as short as can be"""
     rounding: float
-    """m, of positions of which speeds are differences; 0: speeds are integrated by themselves"""
+    """m, of positions of which speeds are differences (of angles: relative to the length of the model, as `share`);
+    0: speeds are integrated by themselves"""
     closed: int
     """1: something touched in the last step"""
     turned: int
