@@ -62,6 +62,7 @@ class KernelCache(_Cache):
         self._function = function
         self._options = sorted((name, repr(value)) for name, value in options.items())
         self._enabled = True
+        self._claimed: dict = {}  # paths of what is being compiled: numba may read its settings anew meanwhile
 
     @property
     def cache_path(self) -> str:
@@ -90,6 +91,7 @@ class KernelCache(_Cache):
             if found is not None:
                 return found
         own = paths[0] if paths else None
+        self._claimed[sig] = own
         if own is not None and claim(own):
             found = self._loaded(own, target_context)
             if found is not None:
@@ -129,7 +131,7 @@ class KernelCache(_Cache):
 
     def save_overload(self, sig, data) -> None:
         """Keep what was compiled for these argument types."""
-        path = self._path(kernel_folder(), sig, data.codegen.magic_tuple()) if self._enabled else None
+        path = self._claimed.pop(sig, None)
         if path is None:
             return
         try:

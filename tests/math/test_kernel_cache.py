@@ -10,6 +10,7 @@ from collections import namedtuple
 from hashlib import blake2b
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
@@ -48,7 +49,8 @@ def by_module(x):
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """An empty cache of kernels."""
+    """An empty cache of kernels; numba reads its settings anew when an earlier test has changed the environment."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
@@ -213,6 +215,15 @@ def test_no_folder_can_be_made(tmp_path, monkeypatch):
     with pytest.warns(RuntimeWarning, match="cannot be kept in .* Set NUMBA_CACHE_DIR"):
         assert kernel(twice)(3.0) == 6.0
     assert kernel(twice)(4.0) == 8.0  # said once
+
+
+def test_settings_read_anew_while_compiling_leave_no_lock(folder, monkeypatch):
+    """numba does so after a change of the environment: the file appears where its lock is, which ends."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder.with_name("other")))
+    monkeypatch.setenv("NUMBA_DUMP_IR", "0")
+    assert kernel(twice)(3.0) == 6.0
+    assert numba.config.CACHE_DIR == str(folder.with_name("other"))
+    assert one_file(folder).name.startswith("twice-")
 
 
 def test_half_written_file_is_never_seen(folder, monkeypatch):
