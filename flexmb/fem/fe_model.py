@@ -77,11 +77,14 @@ class Condensed:
         Its displacements per freedom.
     couplings : tuple of (Coupling, int)
         Where parts are held within, in freedoms of the whole, and the node with their motion.
+    places : (k,)
+        Nodes that move with interfaces of parts, and of parts of parts: no element has them.
     """
 
     whole: Any
     fields: np.ndarray
     couplings: tuple[Any, ...] = ()
+    places: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -44,6 +44,7 @@ def assembled(
     ----------
     parts : mapping of name to (FEModel, ModalNeutralData)
         Elements, drawn where they are in the whole, and what `reduce` made of them. Interfaces are rigid or averaging.
+        A part may be an assembly itself, with what `reduce` made of it: a third level, and so on.
     fixed : pairs of "part.interface"
         That move together; they are at the same place. Springs come after: ``fem.with_spring(fe, "left.b",
         stiffness, to="right.a")``.
@@ -56,13 +57,13 @@ def assembled(
     Raises
     ------
     ReductionError
-        Unknown or distant interfaces, data of other elements or with a preload, parts that are assemblies themselves, a
-        basis whose interfaces cannot move independently.
+        Unknown or distant interfaces, data of other elements or with a preload, a basis whose interfaces cannot move
+        independently.
     """
     _check(parts)
     pieces = {key: _piece(key, fe, data) for key, (fe, data) in parts.items()}
     places = np.vstack([piece.positions for piece in pieces.values()])
-    whole, starts = beside({key: fe for key, (fe, _) in parts.items()}, places, name)
+    whole, starts = beside({key: _elements(fe) for key, (fe, _) in parts.items()}, places, name)
     node = _reference_nodes(parts, pieces, fixed, whole)
     dofs, columns = _freedoms(pieces, node, starts, whole)
     K, M, C = (np.zeros((len(dofs), len(dofs))) for _ in range(3))
@@ -77,9 +78,14 @@ def assembled(
         C[np.ix_(at, at)] += piece.C
     stacked_fields = np.vstack(fields)
     expansion[:] = whole.field(stacked_fields).reshape(expansion.shape)
-    for number in sorted(set(node.values())):
+    held = sorted(set(node.values()))
+    for number in held:
         mine = np.flatnonzero(dofs[:, 0] == number)
         expansion[6 * number + dofs[mine, 1], mine] = 1.0
+    for key, piece in pieces.items():  # places that parts of parts were joined at have no freedoms any more
+        rows = 6 * (starts[key][0] + piece.places)[:, None] + np.arange(6)
+        expansion[np.ix_(rows.ravel(), columns[key])] = piece.motions
+        held += (starts[key][0] + piece.places).tolist()
     couplings = tuple(one for key, piece in pieces.items() for one in _within(key, piece, starts[key], node))
     return replace(
         whole,
@@ -89,7 +95,7 @@ def assembled(
         C=sparse.csr_matrix(C) if C.any() else None,
         expansion=sparse.csr_matrix(expansion),
         node_sets={**whole.node_sets, **{key: np.array([number]) for key, number in node.items()}},
-        condensed=Condensed(whole, stacked_fields, couplings),
+        condensed=Condensed(whole, stacked_fields, couplings, np.array(held)),
     )
 
 
@@ -99,6 +105,9 @@ class _Piece:
 
     fields : (ndof of its elements, n), the motions first, six of each interface
     rows : freedoms of its elements that are coordinates
+    couplings : its interfaces that hold several nodes
+    places, motions : nodes at which parts of it are joined, and their motions (6 k, n)
+    within : where its parts are held there, and the node with their motion
     """
 
     names: tuple[str, ...]
@@ -109,12 +118,20 @@ class _Piece:
     M: np.ndarray
     C: np.ndarray
     couplings: tuple[Coupling, ...]
+    places: np.ndarray
+    motions: np.ndarray
+    within: tuple[tuple[Coupling, int], ...]
+
+
+def _elements(fe: FEModel) -> FEModel:
+    """Return a part with the freedoms of all its elements; those of an assembly stand behind it."""
+    return fe if fe.condensed is None else replace(fe.condensed.whole, node_sets=fe.node_sets)
 
 
 def _piece(key: str, fe: FEModel, data: ModalNeutralData) -> _Piece:
     """Return a part in its own coordinates: six rigid motions and the shapes, changed to motions of places."""
-    m, n = data.n_modes, data.n_interfaces
-    known = np.hstack([fe.rigid_motions(), snapshots_of(fe, data, np.eye(m))]) if m else fe.rigid_motions()
+    m, n, own = data.n_modes, data.n_interfaces, _elements(fe)
+    known = _motions(own, data)
     motions = np.zeros((n, 6, 6 + m))
     for k, place in enumerate(data.marker_positions[:n]):
         motions[k, :3, :3] = motions[k, 3:, 3:6] = np.eye(3)
@@ -130,23 +147,56 @@ def _piece(key: str, fe: FEModel, data: ModalNeutralData) -> _Piece:
             expected="interfaces that move independently: parts are joined there",
             remedy="Reduce the part with CraigBampton(), whose interfaces do",
         )
-    _check_alike(key, fe, data, known)
+    _check_alike(key, fe, data, _motions(fe, data))
     rest = (known * scale) @ null_space(read * scale)
     rows = np.sort(qr(rest.T, mode="r", pivoting=True)[1][: 6 + m - 6 * n]) if rest.shape[1] else np.zeros(0, int)
     change = np.linalg.inv(np.vstack([read, known[rows]]) * scale) * scale[:, None]
     fields = known @ change
     w = 2.0 * np.pi * data.frequencies
     damping = block_diag(np.zeros((6, 6)), np.diag(2.0 * data.damping_ratios * w))
+    couplings = _held(own, data)
+    places, at_places, within = _joined_before(fe, data, couplings)
     return _Piece(
         data.marker_names[:n],
         data.marker_positions[:n],
         fields,
         rows,
         change.T @ block_diag(np.zeros((6, 6)), data.stiffness) @ change,
-        fields.T @ (fe.M @ fields),
+        fields.T @ (own.M @ fields),
         change.T @ damping @ change,
-        _held(fe, data),
+        couplings,
+        places,
+        at_places @ change,
+        within,
     )
+
+
+def _motions(fe: FEModel, data: ModalNeutralData) -> np.ndarray:
+    """Return six rigid motions and the shapes of a body in the freedoms of an FE model, (ndof, 6 + m)."""
+    rigid = fe.rigid_motions()
+    return np.hstack([rigid, snapshots_of(fe, data, np.eye(data.n_modes))]) if data.n_modes else rigid
+
+
+def _joined_before(fe: FEModel, data: ModalNeutralData, couplings: Sequence[Coupling]):
+    """Return the nodes at which parts of an assembly are joined, their motions (6 k, 6 + m), and where parts are held.
+
+    What an interface of the assembly holds now, with all its nodes, is one of its own couplings.
+    """
+    if fe.condensed is None:
+        return np.zeros(0, int), np.zeros((0, 6 + data.n_modes)), ()
+    places = fe.condensed.places
+    motions = np.zeros((len(places), 6, 6 + data.n_modes))
+    motions[:, :3, :3] = motions[:, 3:, 3:6] = np.eye(3)
+    motions[:, :3, 3:6] = np.cross(np.eye(3)[None], fe.nodes[places][:, None]).transpose(0, 2, 1)
+    motions[:, :3, 6:] = data.shapes[places]
+    if data.rotation_shapes is not None:
+        motions[:, 3:, 6:] = data.rotation_shapes[places]
+    within = tuple(
+        (coupling, number)
+        for coupling, number in fe.condensed.couplings
+        if not any(np.isin(coupling.nodes, outer.nodes).all() for outer in couplings)
+    )
+    return places, motions.reshape(6 * len(places), -1), within
 
 
 def _check_alike(key: str, fe: FEModel, data: ModalNeutralData, known: np.ndarray) -> None:
@@ -193,9 +243,9 @@ def _held(fe: FEModel, data: ModalNeutralData) -> tuple[Coupling, ...]:
 
 def _within(key: str, piece: _Piece, start: tuple[int, int], node: dict[str, int]) -> list[tuple[Coupling, int]]:
     """Return the interfaces of a part that hold several nodes, in numbers of the whole, and their reference nodes."""
-    return [
-        (replace(c, nodes=c.nodes + start[0], rows=c.rows + start[1]), node[f"{key}.{c.name}"]) for c in piece.couplings
-    ]
+    own = [(c, node[f"{key}.{c.name}"]) for c in piece.couplings]
+    inner = [(replace(c, name=f"{key}.{c.name}"), start[0] + number) for c, number in piece.within]
+    return [(replace(c, nodes=c.nodes + start[0], rows=c.rows + start[1]), number) for c, number in own + inner]
 
 
 def _reference_nodes(parts, pieces: dict[str, _Piece], fixed, whole: FEModel) -> dict[str, int]:
@@ -267,12 +317,12 @@ def _check(parts: Any) -> None:
         check_kind(pair[0], FEModel, f"Part '{key}'", "Give the FE model first", ReductionError)
         check_kind(pair[1], ModalNeutralData, f"Part '{key}'", "Make it with reduction.reduce", ReductionError)
         preloaded = pair[1].geometric is not None and bool(np.any(pair[1].geometric.preload))
-        if preloaded or pair[0].condensed is not None:
+        if preloaded:
             raise ReductionError(
                 f"Part '{key}'",
-                found="data with a preload, whose stiffness would be lost" if preloaded else "an assembly itself",
+                found="data with a preload, whose stiffness would be lost",
                 expected="finite elements, and what reduce made of them without a preload",
-                remedy="Give the preload to the reduction of the whole" if preloaded else "Assemble all parts at once",
+                remedy="Give the preload to the reduction of the whole",
             )
 
 

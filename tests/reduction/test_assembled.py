@@ -178,10 +178,87 @@ def test_a_preload_of_a_part_is_not_lost_in_silence():
         reduction.assembled({"left": loaded})
 
 
-def test_an_assembly_is_no_part_of_another():
-    """Its inertia would be that of its few freedoms, and not of its elements."""
-    left, right = part(beam(0.0, 0.8, 8), 4), part(beam(0.8, 2.0, 12), 4)
-    fe = reduction.assembled({"left": left, "right": right}, fixed=[("left.b", "right.a")])
-    data = reduction.reduce(fe, {"a": "left.a", "b": "right.b"}, 4, compare=0)
-    with pytest.raises(ReductionError, match="an assembly itself"):
-        reduction.assembled({"both": (fe, data)})
+def nested_beam(modes, outer=6, **options):
+    """Beam of five parts: two pairs, joined and reduced, then joined with the fifth: three levels."""
+    ends = ((0.0, 0.3, 3), (0.3, 0.8, 5), (0.8, 1.2, 4), (1.2, 1.7, 5), (1.7, 2.0, 3))
+    parts = [part(beam(*span), n) for span, n in zip(ends, modes)]
+
+    def pair(one, other, more):
+        fe = reduction.assembled({"one": one, "other": other}, fixed=[("one.b", "other.a")])
+        return part(fe, more, {"a": "one.a", "b": "other.b"})
+
+    first, second = pair(*parts[:2], modes[5]), pair(*parts[2:4], modes[6])
+    fe = reduction.assembled(
+        {"first": first, "second": second, "last": parts[4]},
+        fixed=[("first.b", "second.a"), ("second.b", "last.a")],
+    )
+    return fe, reduction.reduce(
+        fe, {"a": "first.a", "b": "last.b"}, outer, geometric_stiffness=True, compare=0, **options
+    )
+
+
+def test_three_levels_give_the_body_of_the_whole_mesh(whole_beam):
+    """Mass, invariants, frequencies, geometric stiffness and stress of a beam in five parts, joined twice."""
+    (_, data), ref = nested_beam((12, 24, 18, 24, 12, 42, 48)), whole_beam
+    s = aligned(data, ref)
+    pair = np.outer(s, s)
+    close(data.frequencies, ref.frequencies, 1e-8)
+    for name, sign in (("vv", 1.0), ("ww0", 1.0), ("vn", s), ("wn0", s), ("vw1", s[:, None, None])):
+        assert np.abs(getattr(data.invariants, name) * sign - getattr(ref.invariants, name)).max() < 1e-8, name
+    close(data.invariants.ww2 * pair[:, :, None, None], ref.invariants.ww2, 1e-7)
+    close(data.geometric.inertia * pair, ref.geometric.inertia, 1e-7)
+    close(data.geometric.interface * pair, ref.geometric.interface, 1e-7)
+    close((data.stress_modes * s)[1:3], ref.stress_modes[1:3], 1e-6)
+    few = nested_beam((2, 4, 3, 4, 2, 6, 6))[1]
+    assert 1e-9 < np.abs(few.frequencies[:6] / ref.frequencies[:6] - 1.0).max() < 1e-2
+
+
+def test_the_place_of_an_inner_joint_is_known_in_the_third_level(whole_beam):
+    """The node at which parts of a part are joined moves as the beam does there, and turns with it."""
+    fe, data = nested_beam((12, 24, 18, 24, 12, 42, 48))
+    node, s = int(fe.node_set("first.one.b")[0]), aligned(data, whole_beam)
+    assert fe.nodes[node] == pytest.approx((0.3, 0.0, 0.0))
+    close(data.shapes[node] * s, whole_beam.shapes[3], 1e-7)
+    close(data.rotation_shapes[node] * s, whole_beam.rotation_shapes[3], 1e-7)
+
+
+def test_a_spring_within_a_part_stays_in_the_third_level():
+    """Two masses on a spring, reduced, and a third fixed to one: ``sqrt(k (1/m1 + 1/(m2 + m3)))`` along it."""
+    k = 1e4
+    left, right, last = (part(beam(*span), 0) for span in ((0.0, 0.2, 2), (0.3, 0.6, 3), (0.6, 1.0, 4)))
+    stiffness = (k, 1e9, 1e9, 1e8, 1e8, 1e8)
+    fe = fem.with_spring(reduction.assembled({"left": left, "right": right}), "left.b", stiffness, to="right.a")
+    pair = part(fe, 0, {"a": "left.a", "b": "right.b"})
+    whole = reduction.assembled({"pair": pair, "last": last}, fixed=[("pair.b", "last.a")])
+    data = reduction.reduce(whole, {"a": "pair.a", "b": "last.b"}, 0, compare=0)
+    m1, m2 = left[1].mass, right[1].mass + last[1].mass
+    exact = np.sqrt(k * (1.0 / m1 + 1.0 / m2)) / (2.0 * np.pi)
+    assert data.frequencies[0] == pytest.approx(exact, rel=1e-4)
+
+
+def test_rigid_faces_stiffen_as_much_in_the_third_level():
+    """Three blocks on rigid faces, joined at once, and two first: the forces in inner faces count once."""
+
+    def block(first):
+        mesh = block_mesh((0.2, 0.06, 0.04), (2, 1, 1))
+        points = mesh.points + np.array([first, 0.0, 0.0])
+        fe = fem.solid(
+            fem.Mesh(points=points, cells=mesh.cells, node_sets=mesh.node_sets, facet_sets=mesh.facet_sets), STEEL
+        )
+        return part(fe, 60, {"a": "left", "b": "right"})
+
+    one, two, three = (block(x) for x in (0.0, 0.2, 0.4))
+    at_once = reduction.assembled(
+        {"one": one, "two": two, "three": three}, fixed=[("one.b", "two.a"), ("two.b", "three.a")]
+    )
+    ref = part(at_once, 4, {"a": "one.a", "b": "three.b"})[1]
+    fe = reduction.assembled({"one": one, "two": two}, fixed=[("one.b", "two.a")])
+    pair = part(fe, fe.ndof - 12, {"a": "one.a", "b": "two.b"})
+    nested = reduction.assembled({"pair": pair, "three": three}, fixed=[("pair.b", "three.a")])
+    assert len(nested.condensed.couplings) == 6  # two of each block, none twice
+    data = part(nested, 4, {"a": "pair.a", "b": "three.b"})[1]
+    s = aligned(data, ref)
+    pair = np.outer(s, s)
+    close(data.frequencies, ref.frequencies, 1e-7)
+    close(data.geometric.inertia * pair, ref.geometric.inertia, 1e-6)
+    close(data.geometric.interface * pair, ref.geometric.interface, 1e-6)
