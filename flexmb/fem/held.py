@@ -9,10 +9,12 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
+from flexmb.errors import MeshError
+from flexmb.fem.chosen_nodes import as_array, node_numbers
 from flexmb.fem.directions import direction_numbers
 from flexmb.fem.fe_model import FEModel
 
-__all__ = ["HeldMotion", "held_motion", "held_places"]
+__all__ = ["HeldMotion", "held_motion", "held_places", "is_mask"]
 
 REDUNDANT = 1e-9
 """A pivot below this share of the largest says that an equation follows from the others."""
@@ -44,22 +46,57 @@ class HeldMotion:
         return out
 
 
-def held_places(fe: FEModel, fixed) -> np.ndarray:
-    """Return the held places ``6 node + direction`` of a set, supports, mapping or nodes (see `fixed_freedoms`)."""
-    if isinstance(fixed, str) and fixed in fe.supports:
+def held_places(fe: FEModel, fixed, directions=None, part: str = "") -> np.ndarray:
+    """Return the held places ``6 node + direction``, ascending, of what `fixed_freedoms` describes as `fixed`.
+
+    Parameters
+    ----------
+    directions : text, numbers or None
+        Of the nodes; None for all six, and for the freedoms that supports of a deck name. A mapping has its own.
+    """
+    part = part or f"FE model '{fe.name}'"
+    if fixed is None:
+        return np.zeros(0, np.int64)
+    if isinstance(fixed, Mapping):
+        if directions is not None:
+            raise MeshError(
+                part,
+                found=f"directions {directions!r:.40} beside a mapping, which has its own",
+                expected="directions in one place",
+                remedy='Write {"root": "xyzrxryrz", "tip": "z"} alone',
+            )
+        blocks = [held_places(fe, some, own, f"{part}, {_title(some)}") for some, own in fixed.items()]
+        return np.unique(np.concatenate([np.zeros(0, np.int64), *blocks]))
+    if is_mask(fixed):
+        return _of_mask(fe, np.asarray(fixed), directions, part)
+    if isinstance(fixed, str) and fixed in fe.supports and directions is None:
         rows = np.asarray(fe.supports[fixed], np.int64).reshape(-1, 2)
         return np.unique(6 * rows[:, 0] + rows[:, 1])
-    if isinstance(fixed, Mapping):
-        chosen = {
-            name: direction_numbers(directions, f"FE model '{fe.name}', set '{name}'")
-            for name, directions in fixed.items()
-        }
-        blocks = [
-            (6 * np.asarray(fe.node_set(name))[:, None] + np.array(held)).ravel() for name, held in chosen.items()
-        ]
-        return np.unique(np.concatenate([np.zeros(0, np.int64), *blocks]))
-    nodes = fe.node_set(fixed) if isinstance(fixed, str) else np.asarray(fixed, np.int64)
-    return np.unique((6 * nodes[:, None] + np.arange(6)).ravel())
+    chosen = np.arange(6) if directions is None else direction_numbers(directions, part)
+    return np.unique((6 * node_numbers(fe, fixed)[:, None] + chosen).ravel()).astype(np.int64)
+
+
+def is_mask(fixed) -> bool:
+    """Tell whether supports are given as true and false, one for each freedom."""
+    if isinstance(fixed, str | Mapping):
+        return False
+    array = as_array(fixed)
+    return array.ndim > 0 and array.dtype == bool
+
+
+def _of_mask(fe: FEModel, mask: np.ndarray, directions, part: str) -> np.ndarray:
+    if mask.shape != (fe.ndof,) or mask.dtype != bool or directions is not None:
+        raise MeshError(
+            part,
+            found="a mask with directions beside it" if directions is not None else f"a mask of the shape {mask.shape}",
+            expected=f"({fe.ndof},), one entry per freedom",
+            remedy="Or give node numbers",
+        )
+    return np.sort(6 * fe.dofs[mask, 0] + fe.dofs[mask, 1]).astype(np.int64)
+
+
+def _title(some) -> str:
+    return f"set '{some}'" if isinstance(some, str) else f"nodes {some!r:.40}"
 
 
 def held_motion(fe: FEModel, fixed, mask: np.ndarray) -> HeldMotion:
@@ -69,7 +106,7 @@ def held_motion(fe: FEModel, fixed, mask: np.ndarray) -> HeldMotion:
     one freedom of each follows the others.
     """
     free = np.flatnonzero(~mask)
-    if fixed is None or (not isinstance(fixed, str | Mapping) and np.asarray(fixed).dtype == bool):
+    if fixed is None or is_mask(fixed):
         return HeldMotion(free=free)
     equations = _equations(fe, fixed)
     if equations is None:

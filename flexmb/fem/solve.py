@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError, ReductionError
-from flexmb.fem.directions import direction_numbers
 from flexmb.fem.fe_model import FEModel
-from flexmb.fem.held import HeldMotion, held_motion
+from flexmb.fem.held import HeldMotion, held_motion, held_places
 from flexmb.math.factor import factor
 from flexmb.math.lanczos import lowest_modes
 
@@ -34,10 +32,11 @@ def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
 
     Parameters
     ----------
-    fixed : None, str, sequence of node numbers, mapping, or mask (ndof,)
-        A node set or node numbers: all freedoms of these nodes. The name of supports of a deck ("spc_1"): their
-        freedoms. A mapping of node set to directions, such as
-        ``{"symmetry": "x", "foot": "xyz", "hinge": "xyzrxrz"}``, as in `with_supports`. A mask is returned as it is.
+    fixed : None, str, node numbers, coordinates, mapping, or mask (ndof,)
+        A node set or several, node numbers, or coordinates (x, y, z) of a node, m: all freedoms of these nodes. The
+        name of supports of a deck ("spc_1"): their freedoms. A mapping of such nodes to directions,
+        ``{"symmetry": "x", 17: "xyz", (0.0, 0.0, 0.1): "xyzrxrz"}``. A mask is returned as it is. `with_supports`
+        has the same notation.
 
     A mask knows freedoms of nodes only. Directions across the axes that supports of a deck hold, and nodes that
     follow others by links, are held where `static`, `eigenmodes` and `buckling` get the name itself.
@@ -59,38 +58,7 @@ def fixed_freedoms(fe: FEModel, fixed) -> np.ndarray:
 
 def _mask(fe: FEModel, fixed) -> np.ndarray:
     """Return which freedoms (ndof,) of nodes stand still."""
-    mask = np.zeros(fe.ndof, bool)
-    if fixed is None:
-        return mask
-    if isinstance(fixed, Mapping):
-        for name, directions in fixed.items():
-            held = direction_numbers(directions, f"FE model '{fe.name}', set '{name}'")
-            chosen = np.isin(fe.dofs[:, 1], held)
-            mask |= chosen & np.isin(fe.dofs[:, 0], fe.node_set(name))
-        return mask
-    if isinstance(fixed, str):
-        if fixed in fe.supports:
-            held = fe.supports[fixed]
-            return np.isin(6 * fe.dofs[:, 0] + fe.dofs[:, 1], 6 * held[:, 0] + held[:, 1])
-        return np.isin(fe.dofs[:, 0], fe.node_set(fixed))
-    given = np.asarray(fixed)
-    if given.dtype == bool:
-        if given.shape != (fe.ndof,):
-            raise MeshError(
-                f"FE model '{fe.name}'",
-                found=f"a mask of the shape {given.shape}",
-                expected=f"({fe.ndof},), one entry per freedom",
-                remedy="Or give node numbers",
-            )
-        return given
-    if len(given) and (given.min() < 0 or given.max() >= len(fe.nodes)):
-        raise MeshError(
-            f"FE model '{fe.name}'",
-            found=f"fixed node {given.max()}",
-            expected=f"node numbers 0 to {len(fe.nodes) - 1}",
-            remedy="Count nodes from 0, unused ones left out",
-        )
-    return np.isin(fe.dofs[:, 0], given)
+    return np.isin(6 * fe.dofs[:, 0] + fe.dofs[:, 1], held_places(fe, fixed))
 
 
 def static(fe: FEModel, load: np.ndarray, fixed) -> np.ndarray:

@@ -12,7 +12,7 @@ from scipy import sparse
 from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
 from flexmb.reduction.interfaces import Coupling, independent_columns, rigid_block
-from flexmb.reduction.selection import is_point, model_size, nodes_of, points_of
+from flexmb.reduction.selection import is_point, model_size, nodes_of, points_of, require_place
 
 __all__ = ["MarkerMotion", "interface_motions", "rotation_at_node", "station_motions"]
 
@@ -61,6 +61,7 @@ def _station(fe: FEModel, name: str, where) -> MarkerMotion:
 
     part = f"Station '{name}'"
     if is_point(where):
+        require_place(fe, where, part)
         points = points_of(where)
         if len(points) != 1:
             raise ReductionError(

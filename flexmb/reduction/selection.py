@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 
-__all__ = ["is_point", "model_size", "nodes_of", "points_of"]
+__all__ = ["is_point", "model_size", "nodes_of", "points_of", "require_place"]
 
 _ON_NODE = 1e-6  # a coordinate names a node when it is this close, relative to the size of the model
 
@@ -40,17 +40,23 @@ def points_of(where) -> np.ndarray:
     return np.atleast_2d(np.asarray(where, float))
 
 
-def _require_place(fe: FEModel, where, part: str) -> None:
-    """Raise ReductionError where three whole numbers are most likely nodes, and no place near the part."""
+def require_place(fe: FEModel, where, part: str) -> None:
+    """Raise ReductionError where three whole numbers are three nodes, or most likely so: no place near the part.
+
+    A tuple gives coordinates; where it is three nodes as well as a node's place, or far away, it may be mistaken.
+    """
     whole = isinstance(where, tuple) and all(isinstance(x, int | np.integer) for x in where)
     if not whole or not all(0 <= x < len(fe.nodes) for x in where):
         return
     low, high, size = fe.nodes.min(axis=0), fe.nodes.max(axis=0), model_size(fe)
-    if np.all(low - size <= where) and np.all(where <= high + size):
+    away = not (np.all(low - size <= where) and np.all(where <= high + size))
+    if not away and len(set(where)) < 3:
         return
     raise ReductionError(
         part,
-        found=f"{where!r}, a place {size:.3g} m and more away from the part",
+        found=f"{where!r}, a place {size:.3g} m and more away from the part"
+        if away
+        else f"{where!r}, three nodes or a place",
         expected="coordinates in metres, or node numbers",
         remedy=f"Write {list(where)!r} for three nodes, or ({', '.join(f'{x}.0' for x in where)}) for the place",
     )
@@ -75,7 +81,7 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
     elif isinstance(where, list | tuple) and where and all(isinstance(name, str) for name in where):
         nodes = np.concatenate([_named(fe, name, part) for name in where])
     elif is_point(where):
-        _require_place(fe, where, part)
+        require_place(fe, where, part)
         nodes = _located(fe, points_of(where), part)
     else:
         nodes = _numbered(fe, where, part)

@@ -114,7 +114,7 @@ def test_supports_and_loads():
         fem.fixed_freedoms(fe, {"x0": "xq"})
     with pytest.raises(MeshError, match=r"mask of the shape \(3,\)"):
         fem.fixed_freedoms(fe, np.zeros(3, bool))
-    with pytest.raises(MeshError, match=r"fixed node 99.*0 to 26"):
+    with pytest.raises(MeshError, match=r"node 99 does not exist.*0 to 26"):
         fem.fixed_freedoms(fe, [99])
     with pytest.raises(MeshError, match=r"facet set 'x00' does not exist.*Did you mean 'x0'"):
         fem.pressure_load(fe, "x00")

@@ -6,7 +6,7 @@ Links between nodes are in `links`. The theory of all connectors is docs/theory/
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,14 +14,13 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError
-from flexmb.fem.directions import direction_numbers
+from flexmb.fem.chosen_nodes import NodeName, node_number
 from flexmb.fem.fe_model import FEModel
+from flexmb.fem.held import held_places
 from flexmb.math.definiteness import semidefinite
 from flexmb.model.described import finite_array, is_number
 
-__all__ = ["expansion_of", "node_number", "node_numbers", "with_mass", "with_spring", "with_supports"]
-
-NodeName = int | str | Sequence[float]
+__all__ = ["expansion_of", "with_mass", "with_spring", "with_supports"]
 
 DIRECTIONS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
 
@@ -112,28 +111,31 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
 def with_supports(
     fe: FEModel,
     nodes: NodeName | Iterable[int] | Mapping[NodeName, Any] | None = None,
-    directions: str | Iterable[int] = range(6),
+    directions: str | Iterable[int] | None = None,
 ) -> FEModel:
     """Return the model with directions of some nodes held: their freedoms are gone.
 
     Parameters
     ----------
-    nodes : name of a node set, node numbers, coordinates of a node, mapping of such to directions, or None for all
-        A mapping as in `static` and `eigenmodes`, ``fixed={"root": "xyzrxryrz", "tip": "z"}``.
+    nodes : as `fixed` of `fixed_freedoms`, or None for all nodes
+        A node set or several, the supports of a deck, node numbers, coordinates, a mask of freedoms, or a mapping of
+        such to directions, ``with_supports(fe, {"root": "xyzrxryrz", "tip": "z"})``.
     directions : text or int
-        "x", "y", "z" translations, "rx", "ry", "rz" rotations, or their numbers 0..5, as in `static` and `eigenmodes`.
-        ``with_supports(fe, directions="zrxry")`` makes a model planar.
+        Of nodes without a mapping: "x", "y", "z" translations, "rx", "ry", "rz" rotations, or their numbers 0..5; all
+        by default. ``with_supports(fe, directions="zrxry")`` makes a model planar.
     """
-    if isinstance(nodes, Mapping):
-        for some, own in nodes.items():
-            fe = with_supports(fe, some, own)
-        return fe
-    numbers = np.arange(len(fe.nodes)) if nodes is None else node_numbers(fe, nodes)
-    chosen = direction_numbers(directions, f"Support of '{fe.name}'")
+    part = f"Support of '{fe.name}'"
+    if isinstance(nodes, str) and nodes in fe.slanted:
+        raise MeshError(
+            part,
+            found=f"supports '{nodes}' with {fe.slanted[nodes].shape[0]} directions across the axes",
+            expected="supports along the axes: freedoms of nodes",
+            remedy=f"Give the name to fem.static or fem.eigenmodes, fixed='{nodes}'",
+        )
+    places = held_places(fe, np.arange(len(fe.nodes)) if nodes is None else nodes, directions, part)
     if nodes is not None:
-        _check_independent(fe, numbers, chosen)
-    held = np.isin(fe.dofs[:, 0], numbers) & np.isin(fe.dofs[:, 1], chosen)
-    kept = np.flatnonzero(~held)
+        _check_independent(fe, places)
+    kept = np.flatnonzero(~np.isin(6 * fe.dofs[:, 0] + fe.dofs[:, 1], places))
     expansion = None if fe.expansion is None else fe.expansion[:, kept].tocsr()
     return replace(
         fe,
@@ -142,46 +144,6 @@ def with_supports(
         M=fe.M[kept][:, kept].tocsr(),
         expansion=expansion,
     )
-
-
-def node_number(fe: FEModel, node: NodeName) -> int:
-    """Return the number of a node given by number, by the name of a set of one node, or by coordinates
-    (3,), m."""
-    is_point = not isinstance(node, str) and np.ndim(node) == 1
-    numbers = _nearest(fe, np.asarray(node, float)) if is_point else node_numbers(fe, node)
-    if len(numbers) != 1:
-        raise MeshError(
-            f"FE model '{fe.name}'",
-            found=f"'{node}' has {len(numbers)} nodes",
-            expected="one node",
-            remedy="Give a node number, or link the set to one node with fem.with_rigid_link",
-        )
-    return int(numbers[0])
-
-
-def node_numbers(fe: FEModel, nodes: NodeName | Iterable[int]) -> np.ndarray:
-    """Return node numbers given as the name of a node set, as numbers, or as the coordinates (3,) of one
-    node, m."""
-    if isinstance(nodes, str):
-        return np.asarray(fe.node_set(nodes), int)
-    array = np.atleast_1d(np.asarray(nodes))
-    if array.dtype.kind == "f":
-        return _nearest(fe, array)
-    if array.dtype.kind not in "iu" and array.size:
-        raise MeshError(
-            f"FE model '{fe.name}'",
-            found=f"nodes = {nodes!r:.80}",
-            expected="the name of a node set, node numbers, or the coordinates of one node",
-            remedy='Write "root", [0, 4, 7], or (0.0, 0.0, 0.1)',
-        )
-    if array.size and (array.min() < 0 or array.max() >= len(fe.nodes)):
-        raise MeshError(
-            f"FE model '{fe.name}'",
-            found=f"node {array.max() if array.max() >= len(fe.nodes) else array.min()} does not exist",
-            expected=f"0..{len(fe.nodes) - 1}",
-            remedy="Node numbers start at 0; named sets are safer",
-        )
-    return array.astype(int)
 
 
 def expansion_of(fe: FEModel) -> sparse.csr_matrix:
@@ -201,27 +163,6 @@ def rigid_arm(arm: np.ndarray) -> np.ndarray:
     return matrix
 
 
-def _nearest(fe: FEModel, point: np.ndarray) -> np.ndarray:
-    if point.shape != (3,):
-        raise MeshError(
-            f"FE model '{fe.name}'",
-            found=f"coordinates of shape {point.shape}",
-            expected="(3,), m",
-            remedy="Give x, y, z of one node",
-        )
-    distance = np.linalg.norm(fe.nodes - point, axis=1)
-    nearest, size = int(np.argmin(distance)), float(np.ptp(fe.nodes, axis=0).max())
-    if distance[nearest] > 1e-6 * max(size, 1e-300):
-        raise MeshError(
-            f"FE model '{fe.name}'",
-            found=f"no node at {point.tolist()} m; the nearest, {fe.node_name(nearest)}, is "
-            f"{distance[nearest]:.3g} m away",
-            expected="the coordinates of a node",
-            remedy="Make a node there with fem.with_rigid_link or fem.with_averaging_link",
-        )
-    return np.array([nearest])
-
-
 def _motion(fe: FEModel, node: int, part: str, needs: np.ndarray) -> sparse.csr_matrix:
     """Return the six rows of the expansion that move a node; the directions in `needs` must be able to
     move."""
@@ -238,14 +179,12 @@ def _motion(fe: FEModel, node: int, part: str, needs: np.ndarray) -> sparse.csr_
     return motion
 
 
-def _check_independent(fe: FEModel, numbers: np.ndarray, directions: np.ndarray) -> None:
-    """Raise MeshError if a direction to be held is moved by a link: it has no freedom of its own."""
+def _check_independent(fe: FEModel, places: np.ndarray) -> None:
+    """Raise MeshError if a place ``6 node + direction`` to be held is moved by a link: it has no freedom of its own."""
     if fe.expansion is None:
         return
-    own = np.zeros((len(fe.nodes), 6), bool)
-    own[fe.dofs[:, 0], fe.dofs[:, 1]] = True
-    moved = np.diff(fe.expansion.indptr).reshape(-1, 6) > 0
-    bad = [n for n in numbers if (moved[n] & ~own[n])[directions].any()]
+    own = np.isin(places, 6 * fe.dofs[:, 0] + fe.dofs[:, 1])
+    bad = (places[(np.diff(fe.expansion.indptr)[places] > 0) & ~own] // 6).tolist()
     if bad:
         raise MeshError(
             f"Support of '{fe.name}'",

@@ -13,8 +13,9 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError
+from flexmb.fem.chosen_nodes import NodeName, node_number, node_numbers
 from flexmb.fem.fe_model import ElementBlock, FEModel
-from flexmb.fem.links.connectors import NodeName, expansion_of, node_number, node_numbers, rigid_arm
+from flexmb.fem.links.connectors import expansion_of, rigid_arm
 from flexmb.fem.links.stiffness import RigidLinkBlock
 from flexmb.fem.nodal_assembly import all_freedoms
 from flexmb.model.described import finite_array
