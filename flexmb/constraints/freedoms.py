@@ -20,6 +20,7 @@ class Slide(Freedom):
     axis: str
 
     role: ClassVar[str] = "slide"
+    turns: ClassVar[bool] = False
 
     @property
     def word(self) -> str:

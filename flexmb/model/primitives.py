@@ -38,6 +38,9 @@ class Equation:
 class Freedom:
     """A primitive freedom that a joint permits: what it is called, what measures it, what it does in a tree."""
 
+    turns: ClassVar[bool] = True
+    """Does it turn the markers against each other, wherever they are?"""
+
     @property
     def word(self) -> str:
         """How drives, forces and sensors call it; empty if it has no single coordinate."""

@@ -168,16 +168,14 @@ class JointCoordinate(Sensor):
         target = joint if joint.permits or not hasattr(joint, "joint") else model.joint(joint.joint, self.title)
         if self.freedom is not None:
             return joint_coordinate(target, self.title, self.freedom)
-        still, here = np.eye(3), np.zeros(3)
-        twists = [freedom.twists(still, still, here) for freedom in target.permits]
-        if self.kind is None and not twists:
+        if self.kind is None and not target.permits:
             raise ModelError(
                 self.title,
                 found=f"joint '{self.joint}' ({type(joint).__name__}) neither turns nor slides",
                 expected="a joint that turns or slides",
                 remedy="Name another joint, or say kind='turn' or kind='slide'",
             )
-        kind = self.kind or ("turn" if np.any(np.vstack(twists)[:, 3:]) else "slide")
+        kind = self.kind or ("turn" if any(freedom.turns for freedom in target.permits) else "slide")
         first = [f for f in target.coordinates if f.word.startswith(kind)]
         # a joint may also be watched where it is stiff: about and along z of its first marker
         return first[0].coordinate if first else Coordinate(kind, "x" if kind == "turn" else "z")

@@ -116,3 +116,5 @@ def test_what_is_forbidden_and_what_is_permitted_complement_each_other(kind, rng
     assert np.linalg.matrix_rank(G, tol=1e-8) + np.linalg.matrix_rank(P, tol=1e-8) == 6
     assert len(G) + len(P) == 6
     np.testing.assert_allclose(G @ P.T, 0.0, atol=1e-9)
+    for freedom, twist in zip(joint.permits, twists, strict=True):
+        assert freedom.turns == bool(np.any(np.abs(twist[:, 3:]) > 0.5)), str(freedom)
