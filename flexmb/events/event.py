@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean, listed
-from flexmb.model.described import Described, is_number
+from flexmb.model.described import Described, is_number, whole
 from flexmb.model.kinds import Part
 
 __all__ = ["Action", "Event"]
@@ -88,6 +88,7 @@ class Event(Part):
                 remedy="Write then=flexmb.Release('strut')",
             )
         object.__setattr__(self, "then", tuple(actions))
+        object.__setattr__(self, "column", whole(self.column))
 
     def check(self, model) -> None:
         """Raise ModelError if the sensor, or what the actions name, does not exist."""

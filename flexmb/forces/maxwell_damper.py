@@ -14,7 +14,7 @@ from flexmb.forces.on_coordinate import OnCoordinate
 from flexmb.forces.with_states import add_state_tangent, state_pairs
 from flexmb.math.states import add_rate, state_of
 from flexmb.math.tables import row_kernel
-from flexmb.model.described import is_number
+from flexmb.model.described import is_number, whole
 from flexmb.model.table import Table
 
 __all__ = ["MaxwellDamper"]
@@ -158,7 +158,7 @@ class MaxwellDamper(OnCoordinate):
 
         Source: Bagley & Torvik 1983, A theoretical basis for the application of fractional calculus to viscoelasticity.
         """
-        title = f"Force '{name}'"
+        title, count = f"Force '{name}'", whole(count)
         numbers = [modulus, order, *band] if isinstance(band, list | tuple) and len(band) == 2 else [0.0]
         right = all(is_number(x) and x > 0.0 for x in numbers) and count in range(1, MOST + 1)
         if not right or not order < 1.0 or not band[0] < band[1]:

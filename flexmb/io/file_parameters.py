@@ -10,6 +10,7 @@ from flexmb.io.field_values import located
 from flexmb.io.limits import CHAIN, check_extent
 from flexmb.math.operations import CONSTANTS, FUNCTIONS
 from flexmb.model import expression
+from flexmb.model.described import whole
 
 __all__ = ["parse_setting", "resolve"]
 
@@ -49,7 +50,18 @@ def resolve(tables: Mapping[str, Any], overrides: Mapping[str, Any], file: str) 
                 expected=f"The file has: {listed(name, own)}",
                 remedy=did_you_mean(name, own) or f"Add {name} to [parameters]",
             )
-    return _Resolver({**own, **overrides}, where).all()
+    return _Resolver({**own, **{name: _as_stated(own[name], value) for name, value in overrides.items()}}, where).all()
+
+
+def _as_stated(stated: Any, value: Any) -> Any:
+    """Return a new value of a parameter; where the file writes whole numbers, 8.0 is the 8 that it would write."""
+    if isinstance(stated, list) and isinstance(value, list | tuple):
+        return whole(value) if stated and all(_is_count(entry) for entry in stated) else value
+    return whole(value) if _is_count(stated) else value
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
 
 
 class _Resolver:

@@ -23,7 +23,12 @@ __all__ = [
     "has_flag",
     "is_number",
     "named_arguments",
+    "whole",
 ]
+
+
+EXACT = 2.0**53
+"""Below this every whole number is a float, and a float is one number."""
 
 
 def is_number(value: Any) -> bool:
@@ -35,6 +40,17 @@ def is_number(value: Any) -> bool:
         return real and math.isfinite(value)
     except OverflowError:  # an integer beyond all floats
         return False
+
+
+def whole(value: Any) -> Any:
+    """Return a whole number that arithmetic made a float, 8.0, as the integer; lists by entries, the rest as it is.
+
+    Parameters of model files are floats as soon as they are computed, swept or set from outside.
+    """
+    if isinstance(value, list | tuple):
+        return type(value)(map(whole, value)) if type(value) in (list, tuple) else value
+    counted = isinstance(value, float | np.floating) and abs(value) < EXACT and float(value).is_integer()
+    return int(value) if counted else value
 
 
 def finite_array(value: Any) -> np.ndarray:
@@ -147,7 +163,7 @@ _HOLDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "bool": (lambda value: isinstance(value, bool | np.bool_), "True or False"),
     "float": (_is_real, "a number"),
     "int": (
-        lambda value: isinstance(value, int | np.integer) and not isinstance(value, bool) and is_number(value),
+        lambda value: isinstance(value, int | np.integer) and not isinstance(value, bool) and abs(value) < 2**63,
         "a whole number",
     ),
     "Mapping": (lambda value: isinstance(value, Mapping), "names and their values"),
@@ -168,6 +184,12 @@ def _plain_fields(cls: type) -> tuple[_Plain, ...]:
     return tuple(found)
 
 
+@cache
+def _counts(cls: type) -> frozenset[str]:
+    """Return the fields of a kind that hold one whole number."""
+    return frozenset(f.name for f in _plain_fields(cls) if f.word == "int")
+
+
 def _wrong_value(cls: type, values: Mapping[str, Any]) -> ModelError | None:
     """Return what is wrong with the first of the values that is not what its field's annotation says."""
     for f in _plain_fields(cls):
@@ -182,7 +204,7 @@ def _wrong_value(cls: type, values: Mapping[str, Any]) -> ModelError | None:
         usual = f"Leave {f.name} out" + (f" for {f.default!r}" if f.default not in (MISSING, None) else "")
         needed = f"Write {f.name}='...'" if f.word == "str" else f"Give {f.name} {expected}"
         return ModelError(
-            f"{title} '{name}'" if isinstance(name, str) and f.name != "name" else title,
+            f"{title} '{name}'" if isinstance(name, str) and name and f.name != "name" else title,
             found=f"{f.name} = {found}",
             expected=expected,
             remedy=needed if f.default is MISSING and not f.optional else usual,
@@ -207,9 +229,15 @@ class Described(type):
     """The class of descriptions: wrong arguments become a ModelError that names the fields, and the nearest one.
 
     Fields whose annotation is a text, a flag, a number or a mapping hold one: anything else is an error by name.
+    Where a whole number is asked, 8.0 is 8.
     """
 
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        if counts := _counts(cls):
+            places = _places(cls)
+            named = zip(places, args)
+            args = (*(whole(value) if name in counts else value for name, value in named), *args[len(places) :])
+            kwargs = {name: whole(value) if name in counts else value for name, value in kwargs.items()}
         given = {**dict(zip(_places(cls), args)), **kwargs}
         complaint = None
         try:

@@ -17,7 +17,7 @@ from flexmb.fem.deck import read_deck
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.joined import joined
 from flexmb.model.data_source import plain
-from flexmb.model.described import Described, check_mapping, entries_of, is_number
+from flexmb.model.described import Described, check_mapping, entries_of, is_number, whole
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.parts.body_cache import kept
 from flexmb.parts.fingerprint import fingerprint
@@ -26,7 +26,7 @@ from flexmb.parts.nodal_loads import Each
 from flexmb.parts.places import check_near
 from flexmb.parts.watchers import tell_progress
 from flexmb.reduction.craig_bampton import reduce
-from flexmb.reduction.mode_choice import USUAL
+from flexmb.reduction.mode_choice import USUAL, parse_modes
 
 __all__ = ["Part"]
 
@@ -155,6 +155,13 @@ class Part(metaclass=Described):
                 remedy='Write residual_vectors = "all"',
             )
         object.__setattr__(self, "residual_vectors", asked)
+        object.__setattr__(self, "modes", whole(self.modes))
+        try:
+            parse_modes(self.modes)
+        except FlexmbError as error:
+            raise ModelError(
+                self.title, found=error.found, expected=error.expected, remedy="Write modes = 8, or leave it out for 12"
+            ) from None
 
     def reduced(self) -> ModalNeutralData:
         """Return the data of the body: from the cache, or reduced now."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.errors import ReductionError
-from flexmb.model.described import Described
+from flexmb.model.described import Described, whole
 from flexmb.reduction.basis import NormalModes, free_modes, normal_modes, orthonormal_basis
 from flexmb.reduction.statics import HeldBody
 
@@ -31,6 +31,7 @@ class UpTo(metaclass=Described):
 
 def parse_modes(modes: int | str | UpTo) -> int | UpTo | None:
     """Read a mode choice: a count, or text such as ``"up to 200 Hz within 1 %"``; None for the usual number."""
+    modes = whole(modes)
     if isinstance(modes, str) and modes.strip() == USUAL:
         return None
     if isinstance(modes, UpTo):

@@ -68,10 +68,10 @@ class SurfacePressure(MappedLoad):
                 )
             object.__setattr__(self, "areas", areas)
         else:
-            given = finite_array(self.triangles)  # rows of different lengths are no array
-            cells = np.asarray(self.triangles) if given.size else given
-            whole = cells.ndim == 2 and cells.shape[1:] == (3,) and cells.dtype.kind in "iu" and len(cells)
-            if not whole or cells.min() < 0 or cells.max() >= len(points):
+            cells = finite_array(self.triangles)  # rows of different lengths are no array
+            numbered = cells.ndim == 2 and cells.shape[1:] == (3,) and np.all(cells == np.round(cells)) and len(cells)
+            cells = cells.astype(np.int64) if numbered else cells
+            if not numbered or cells.min() < 0 or cells.max() >= len(points):
                 self._refuse(f"triangles of the shape {cells.shape}", f"numbers (nt, 3) from 0 to {len(points) - 1}")
             if pressure.shape != (len(cells) if self.by_triangle else len(points),):
                 self._refuse(

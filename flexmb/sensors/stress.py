@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.constraints import Measured
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.described import whole
 from flexmb.model.kinds import Sensor
 from flexmb.model.numbering import named_numbers
 from flexmb.sensors.flexible_coordinate import combined, reduced_data
@@ -46,6 +47,7 @@ class Stress(Sensor):
 
     def __post_init__(self):
         super().__post_init__()
+        object.__setattr__(self, "node", whole(self.node))
         known = ("von_mises", *COMPONENTS, "tensor")
         if self.component not in known:
             raise ModelError(

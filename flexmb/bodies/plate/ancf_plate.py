@@ -195,9 +195,10 @@ class AncfPlate(Body):
         cls, name: str, *, radius: float, angle: float, length: float, elements, thickness, material, **fields
     ) -> AncfPlate:
         """Return a part of a cylinder about the body's z-axis: s runs by `angle`, rad, from the x-axis, t along z."""
-        turn = np.linspace(0.0, angle, elements[0] + 1)
+        along, across = checked_elements(elements, np.empty((2, 2, 3)), f"Body '{name}'")
+        turn = np.linspace(0.0, angle, along + 1)
         ring = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros_like(turn)], axis=1)
-        points = ring[:, None] + np.linspace(0.0, length, elements[1] + 1)[:, None] * np.array([0.0, 0.0, 1.0])
+        points = ring[:, None] + np.linspace(0.0, length, across + 1)[:, None] * np.array([0.0, 0.0, 1.0])
         return cls(name, points=points, thickness=thickness, material=material, **fields)
 
     @classmethod

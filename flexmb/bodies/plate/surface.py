@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.model.described import finite_array
+from flexmb.model.described import finite_array, whole
 
 __all__ = ["EDGES", "Surface", "checked_elements", "checked_points", "checked_thickness", "surface_through"]
 
@@ -68,7 +68,7 @@ def checked_points(given: Any, title: str) -> np.ndarray:
 
 def checked_elements(given: Any, points: np.ndarray, title: str) -> tuple[int, int]:
     """Return the numbers of elements along s and t, by default one between neighbouring points."""
-    pair = (points.shape[0] - 1, points.shape[1] - 1) if given is None else given
+    pair = (points.shape[0] - 1, points.shape[1] - 1) if given is None else whole(given)
     if (
         not isinstance(pair, tuple | list)
         or len(pair) != 2
