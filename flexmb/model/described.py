@@ -49,7 +49,7 @@ def whole(value: Any) -> Any:
     """
     if isinstance(value, list | tuple):
         return type(value)(map(whole, value)) if type(value) in (list, tuple) else value
-    counted = isinstance(value, float | np.floating) and abs(value) < EXACT and float(value).is_integer()
+    counted = isinstance(value, float | np.floating) and abs(float(value)) < EXACT and float(value).is_integer()
     return int(value) if counted else value
 
 
@@ -163,7 +163,7 @@ _HOLDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "bool": (lambda value: isinstance(value, bool | np.bool_), "True or False"),
     "float": (_is_real, "a number"),
     "int": (
-        lambda value: isinstance(value, int | np.integer) and not isinstance(value, bool) and abs(value) < 2**63,
+        lambda value: isinstance(value, int | np.integer) and not isinstance(value, bool) and abs(int(value)) < 2**63,
         "a whole number",
     ),
     "Mapping": (lambda value: isinstance(value, Mapping), "names and their values"),
