@@ -18,7 +18,7 @@ from scipy.sparse.linalg import splu
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.matrices import Equations, equations_at
 from flexmb.model.described import Described, is_number
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import solved_accelerations
 from flexmb.system.mobility import equation_scale
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
@@ -149,11 +149,15 @@ class _Formulation(metaclass=Described):
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored."""
         a, lam = self.solve(equations_at(system, state, work))
-        if any(force.reads_reactions for force in system.model.forces):
+        if system.implicit or any(force.reads_reactions for force in system.model.forces):
             for _ in range(TURNS):
-                before = lam
-                a, lam = self.solve(equations_at(system, state, work, before))
-                if np.max(np.abs(lam - before), initial=0.0) <= EXACT * np.max(np.abs(lam), initial=1e-9):
+                before = a, lam
+                a, lam = self.solve(equations_at(system, state, work, *before))
+                moved = np.max(np.abs(a - before[0]), initial=0.0) if system.implicit else 0.0
+                change = np.max(np.abs(lam - before[1]), initial=0.0)
+                if moved <= EXACT * np.max(np.abs(a), initial=1e-9) and change <= EXACT * np.max(
+                    np.abs(lam), initial=1e-9
+                ):
                     break
         return a, lam
 
@@ -171,20 +175,8 @@ class Augmented(_Formulation):
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored."""
-        nu, right = system.nu, np.zeros(system.nu + system.ng)
-        # a body of hardly any inertia in some freedom leaves the first solve few digits: more of them give them back
-        for sweeps in (12,) if system.redundant else (2, 12):
-            own = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng))
-            failed = accelerations(system.program, own, work, right, sweeps)
-            change, force = np.max(np.abs(right[:nu]), initial=0.0), np.max(np.abs(right[nu:]), initial=0.0)
-            if (
-                failed < 0
-                and change
-                <= 1e2 * EXACT * max(np.linalg.norm(system.model.gravity), np.max(np.abs(own.a), initial=0.0))
-                and force <= 1e2 * EXACT * np.max(np.abs(own.lam), initial=0.0)
-            ):
-                return own.a, own.lam
-        return super().accelerate(system, state, work)
+        found = solved_accelerations(system, state, work)
+        return super().accelerate(system, state, work) if found is None else found
 
     def _solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""

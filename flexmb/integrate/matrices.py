@@ -76,13 +76,14 @@ def _matrix(system, state, work, mass=0.0, damping=0.0, stiffness=0.0):
     return stored(work.S, program.pattern).tocsr()
 
 
-def equations_at(system, state, work, lam: np.ndarray | None = None) -> Equations:
+def equations_at(system, state, work, a: np.ndarray | None = None, lam: np.ndarray | None = None) -> Equations:
     """Return the equations of motion at a state; its accelerations and multipliers are ignored.
 
-    Friction by joint reactions is not linear in the multipliers: the equations are tangent to it at `lam` (zero).
+    Friction by joint reactions is not linear in the multipliers, nor are limits of what follows accelerations linear in
+    these: the equations are tangent to them at `a` and `lam` (zero).
     """
     nu = system.nu
-    rest = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng) if lam is None else lam)
+    rest = state._replace(a=np.zeros(nu) if a is None else a, lam=np.zeros(system.ng) if lam is None else lam)
     S = _matrix(system, rest, work, mass=1.0)
     drift, velocity = np.zeros(system.ng), np.zeros(system.ng)
     constraint_acceleration(work, rest.a, drift)
@@ -96,8 +97,8 @@ def equations_at(system, state, work, lam: np.ndarray | None = None) -> Equation
         M=M,
         L=L,
         G=G,
-        f=-work.residual - L @ rest.lam,
-        b=-drift,
+        f=M @ rest.a - work.residual - L @ rest.lam,
+        b=G @ rest.a - drift,
         velocity=velocity,
         position=position,
         weight=system.multiplier_weights,

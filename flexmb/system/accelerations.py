@@ -10,7 +10,7 @@ from flexmb.math.plain_loops import copy_into, largest_size
 from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, evaluate
 
-__all__ = ["EXACT", "accelerations", "corrected_accelerations", "linear_accelerations"]
+__all__ = ["EXACT", "accelerations", "corrected_accelerations", "linear_accelerations", "solved_accelerations"]
 
 EXACT = 1e-12
 """Relative change of accelerations and multipliers at which their refinement ends."""
@@ -22,6 +22,8 @@ TURNS = 4
 """Solutions with one matrix, at most, of which each refines the one before."""
 SETTLED = 1e-9
 """Relative change of the multipliers at which Newton's method, which squares it, has converged."""
+SOLVED = 1e-10
+"""Last correction of accelerations and multipliers, relative, up to which they count as solved."""
 
 
 @kernel
@@ -68,8 +70,8 @@ def accelerations(program, state, work, right, sweeps):
         for i in range(ng):
             state.lam[i] += right[nu + i]
             size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
-        # signals that follow accelerations, and are limited
-        curved = curved or (sweep == looked and len(work.channels) > 1 and moved > 1e-6 * largest)
+        # signals that follow accelerations, and are limited: just before a limit little is left, and that in each sweep
+        curved = curved or (sweep >= looked and len(work.channels) > 1 and moved > SOLVED * largest)
         nonlinear = nonlinear or curved or (sweep == looked and change > 1e-6 * size)
         done = not nonlinear or (change <= EXACT * size and (settled or not curved))
         if (change <= EXACT * size and settled) or (sweep + 1 >= sweeps and done):
@@ -149,6 +151,24 @@ def corrected_accelerations(program, state, work, right):
         if change <= SETTLED * size:
             return True
     return False
+
+
+def solved_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return accelerations (nu,) and multipliers (ng,) at a state by the sparse factorisation; its own are ignored.
+
+    Friction by reactions, and forces that follow accelerations, are solved with them. None if it does not converge.
+    """
+    nu, right = system.nu, np.zeros(system.nu + system.ng)
+    # a body of hardly any inertia in some freedom leaves the first solve few digits: more of them give them back
+    for sweeps in (12,) if system.redundant else (2, 12):
+        own = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng))
+        failed = accelerations(system.program, own, work, right, sweeps)
+        change, force = np.max(np.abs(right[:nu]), initial=0.0), np.max(np.abs(right[nu:]), initial=0.0)
+        largest = max(np.linalg.norm(system.model.gravity), np.max(np.abs(own.a), initial=0.0))
+        settled = change <= SOLVED * largest and force <= SOLVED * np.max(np.abs(own.lam), initial=0.0)
+        if failed < 0 and settled:
+            return own.a, own.lam
+    return None
 
 
 @inner_kernel

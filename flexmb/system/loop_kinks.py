@@ -57,7 +57,12 @@ class Kink(NamedTuple):
 
 
 def located(
-    programs: list[SignalProgram], addresses: list[int], writers: list[str], varying: list[bool], acting: set[int]
+    programs: list[SignalProgram],
+    addresses: list[int],
+    writers: list[str],
+    varying: list[bool],
+    bending: list[bool],
+    acting: set[int],
 ) -> tuple[list[tuple[Kink, str]], list[str]]:
     """Return the kinks of what acts on forces and states, each once and with the part that follows it, and sentences
     about those at which steps do not end.
@@ -71,17 +76,25 @@ def located(
         Titles of the parts for which they were made.
     varying : list of bool
         Of the atoms: may they change within a step?
+    bending : list of bool
+        Of the atoms: do they follow from the forces at once, as accelerations do? A kink then bends what tells its
+        place, and integrators find accelerations less exactly than places: it is left to the control of errors.
     acting : set of int
         Programs on which forces and states depend.
     """
     reads = [inputs_of(program) for program in programs]
     changing: list[bool] = []
+    bent: list[bool] = []
 
     def varies(number: int) -> bool:
         return changing[number - LATER] if number >= LATER else varying[number]
 
+    def bends(number: int) -> bool:
+        return bent[number - LATER] if number >= LATER else bending[number]
+
     for of_one in reads:
         changing.append(any(varies(number) for number in of_one))
+        bent.append(any(bends(number) for number in of_one))
     used = set(acting)
     for slot in reversed(range(len(programs))):
         if slot in used:
@@ -92,6 +105,8 @@ def located(
             notes.append(f"{writers[slot]}: {IN_FUNCTIONS}")
             continue
         for kink in kinks_in(programs[slot], varies):
+            if any(bends(number) for number in inputs_of(kink.program)):
+                continue
             found.setdefault(kink.key, (kink, writers[slot]))
     if len(found) > MOST_KINKS:
         notes.append(

@@ -305,7 +305,8 @@ class Loops:
         """Let steps end where what acts on forces and states has kinks or jumps."""
         acting = {slot for slot, *_ in (*self.rates, *self.channels)} | self._watched
         varying = [atom.what != "held" for atom in self.atoms]
-        found, self.unlocated = located(self.programs, self.addresses, self._writers, varying, acting)
+        bending = [atom.sort == ACCELERATION for atom in self.atoms]
+        found, self.unlocated = located(self.programs, self.addresses, self._writers, varying, bending, acting)
         self.kinks += [(self._slot(kink.program), kink, title) for kink, title in found]
 
     @property

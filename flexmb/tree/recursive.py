@@ -13,7 +13,7 @@ from flexmb.errors import CompileError, ModelError
 from flexmb.math.kernel import kernel
 from flexmb.math.weights import weigh
 from flexmb.model.described import Described
-from flexmb.system.implicit_loops import refuse_accelerations
+from flexmb.system.accelerations import solved_accelerations
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.any_body.articulated import factor
 from flexmb.tree.any_body.light_points import LightPoints
@@ -46,8 +46,9 @@ class Recursive(metaclass=Described):
     """The recursive solution of linear cost (Banerjee 1993; rigid bodies: the articulated-body algorithm).
 
     Trees cost the same per body whatever their number. Loops are opened at cut joints; their multipliers follow from
-    the closure of the loops (Banerjee 1993, eq. 81), with least norm where equations depend on each other.
-    Theory: recursive.
+    the closure of the loops (Banerjee 1993, eq. 81), with least norm where equations depend on each other. Where forces
+    follow accelerations, they come from the sparse factorisation of all bodies instead; the joint coordinates stay the
+    unknowns. Theory: recursive.
 
     Parameters
     ----------
@@ -76,7 +77,6 @@ class Recursive(metaclass=Described):
 
     def unknowns(self, system, state, work) -> RelativeUnknowns:
         """Return the joint coordinates, as what an integrator solves for from a consistent state on."""
-        refuse_accelerations(system, "Recursive")
         return RelativeUnknowns(system, state, work, self.cut)
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
@@ -87,8 +87,9 @@ class Recursive(metaclass=Described):
         CompileError
             If a free motion has no inertia, or equations of one joint depend on each other.
         """
-        refuse_accelerations(system, "Recursive")
         tree = self.tree(system)
+        if system.implicit:
+            return _factorised(system, state, work)
         store = _storage(tree, threading.get_ident())
         own = state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng))
         weigh(work.weights, 1.0, constrained=0)
@@ -173,6 +174,22 @@ def _with_friction(system, own, work, closure, a, lam, lent):
         expected="joints that friction does not jam",
         remedy="Use Augmented(), or a smaller coefficient of friction",
     )
+
+
+def _factorised(system, state, work) -> tuple[np.ndarray, np.ndarray]:
+    """Return accelerations and multipliers where forces follow accelerations.
+
+    The mass matrix then joins bodies that no joint joins, and is not symmetric: no recursion over the tree solves it.
+    """
+    found = solved_accelerations(system, state, work)
+    if found is None:
+        raise CompileError(
+            "Recursive",
+            found="forces that follow accelerations leave no unique accelerations, or Newton's method finds none",
+            expected="a regular mass matrix: a force -k a on a mass m makes it m + k",
+            remedy="Lower the gain of the acceleration, or sample it (Sampled)",
+        )
+    return found
 
 
 def _failure(tree: Spanning, place: int, reason: int) -> CompileError:

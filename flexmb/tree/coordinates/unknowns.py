@@ -111,6 +111,8 @@ def _links(tree: JointTree, chart) -> tuple[LinkTree | None, str]:
     """Return the model as links in axes of their own, if all its motions have inertia; and what was chosen."""
     if not tree.rate_names:
         return None, "bodies: nothing moves"
+    if tree.system.implicit:
+        return None, "bodies: forces follow accelerations"
     try:
         return tree.linked(chart), "links"
     except CompileError as error:
