@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -141,8 +141,7 @@ class _Unit:
     def _begin(self, start: float, end: float) -> None:
         if self.old:
             self.slave.setupExperiment(startTime=start, stopTime=end)
-        for name, value in self.described.parameters.items():
-            self.set(name, float(value))
+        self.set_all(self.described.parameters)
         if self.old:
             self.slave.enterInitializationMode()
         else:
@@ -153,15 +152,21 @@ class _Unit:
         """Return a number of one of these causalities; ModelError if there is none."""
         return self.variables.find(name, *causalities)
 
-    def set(self, name: str, value: float) -> None:
-        """Set a variable."""
-        with self._speaking(f"failed when '{name}' was set to {value:.9g}"):
-            self.variables.set(name, value, *SETTABLE)
+    def set_all(self, given: Mapping[str, float]) -> None:
+        """Set variables."""
+        told = [f"'{name}' was set to {value:.9g}" for name, value in islice(given.items(), 3)]
+        rest = f", and {len(given) - 3} others" if len(given) > 3 else ""
+        with self._speaking(f"failed when {', '.join(told)}{rest}"):
+            self.variables.set_all(given, *SETTABLE)
 
-    def get(self, name: str) -> float:
-        """Return the value of a variable."""
-        with self._speaking(f"failed when '{name}' was read"):
-            return self.variables.get(name, *READABLE)
+    def get_all(self, names: Collection[str]) -> list[float]:
+        """Return the values of variables."""
+        told = ", ".join(f"'{name}'" for name in islice(names, 3))
+        rest = f" and {len(names) - 3} others" if len(names) > 3 else ""
+        with self._speaking(
+            f"failed when {told}{rest} were read" if len(names) > 1 else f"failed when {told} was read"
+        ):
+            return self.variables.get_all(names, *READABLE)
 
     def step(self, t: float, h: float) -> bool:
         """Let the unit take a step; return if it goes on."""
@@ -285,8 +290,9 @@ def _exchange(run: Stepper, units: list[Any], readings: Mapping[str, tuple[str, 
     values: dict[str, np.ndarray] = {}
     taken = {}
     for unit in units:
-        for name, variable in unit.described.outputs.items():
-            taken[name] = unit.get(variable)
+        outputs = unit.described.outputs
+        for (name, variable), value in zip(outputs.items(), unit.get_all(outputs.values()), strict=True):
+            taken[name] = value
             if not np.isfinite(taken[name]):
                 raise IntegrationError(
                     unit.title,
@@ -295,11 +301,13 @@ def _exchange(run: Stepper, units: list[Any], readings: Mapping[str, tuple[str, 
                     remedy="Look at the inputs of the unit, and at its log",
                 )
     for unit in units:
+        given = {}
         for name, reading in unit.described.inputs.items():
             sensor, column = readings[reading]
             if sensor not in values:
                 values[sensor] = np.ravel(run[sensor])
-            unit.set(name, float(values[sensor][column]))
+            given[name] = float(values[sensor][column])
+        unit.set_all(given)
     run.set(taken)
 
 

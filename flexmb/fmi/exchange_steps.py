@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -32,14 +34,14 @@ class SteppedExchange:
         self.x = self.unit.start
         self._given: dict[str, float] = {}
 
-    def get(self, name: str) -> float:
-        """Return the value of a variable."""
-        with self.unit.speaking(f"failed when '{name}' was read"):
-            return self.unit.get(name)
+    def get_all(self, names: Collection[str]) -> list[float]:
+        """Return the values of variables."""
+        with self.unit.speaking(f"failed when {', '.join(map(repr, islice(names, 3)))} were read"):
+            return self.unit.values(names)
 
-    def set(self, name: str, value: float) -> None:
-        """Set an input, from the begin of the next step on: discrete ones change in an event only."""
-        self._given[name] = value
+    def set_all(self, given: Mapping[str, float]) -> None:
+        """Set inputs, from the begin of the next step on: discrete ones change in an event only."""
+        self._given.update(given)
 
     def step(self, t: float, h: float) -> bool:
         """Go from t to t + h; return if the unit goes on."""

@@ -7,7 +7,7 @@ it integrates. Source: FMI 3.0.1, section 3; FMI 2.0.4, section 3.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -80,8 +80,7 @@ class ExchangeUnit:
     def _begin(self, parameters: Mapping[str, float], t: float, end: float | None) -> None:
         if self.old:
             self.unit.setupExperiment(startTime=t, stopTime=end)
-        for name, value in parameters.items():
-            self.set(name, float(value))
+        self.numbers.set_all(parameters, "input", "parameter")
         if self.old:
             self.unit.enterInitializationMode()
         else:
@@ -119,14 +118,17 @@ class ExchangeUnit:
         """Return the value of a variable."""
         return self.numbers.get(name, "output", "local")
 
+    def values(self, names: Iterable[str]) -> list[float]:
+        """Return the values of variables."""
+        return self.numbers.get_all(names, "output", "local")
+
     def place(self, t: float, x: np.ndarray, inputs: Mapping[str, float] | None = None) -> None:
         """Set time, states (n,) and inputs."""
         self.unit.setTime(t)
         if len(x):
             given = np.ascontiguousarray(x, float)
             self.unit.setContinuousStates(given.ctypes.data_as(POINTER), len(given))
-        for name, value in (inputs or {}).items():
-            self.set(name, value)
+        self.numbers.set_all(inputs or {}, "input", "parameter")
 
     def state(self) -> np.ndarray:
         """Return the states (n,)."""
@@ -177,7 +179,7 @@ class ExchangeUnit:
                 else:
                     given[names[k - n]] += way
                 self.place(t, moved, given)
-                ends.append(np.concatenate([self.rates(), [self.get(y) for y in outputs]]))
+                ends.append(np.concatenate([self.rates(), self.values(outputs)]))
             J[:, k] = (ends[0] - ends[1]) / (2.0 * h)
         self.place(t, x, inputs)
         return J
@@ -191,8 +193,7 @@ class ExchangeUnit:
     def happen(self, inputs: Mapping[str, float] | None = None) -> np.ndarray:
         """Let an event happen where the unit stands, with inputs that jump; return the states after it (n,)."""
         self.unit.enterEventMode()
-        for name, value in (inputs or {}).items():
-            self.set(name, value)
+        self.numbers.set_all(inputs or {}, "input", "parameter")
         self._update()
         return self.state()
 

@@ -209,7 +209,7 @@ class _Kept:
                 )
             try:
                 self.loaded.place(t, x[:n], inputs)
-                values = np.concatenate([self.loaded.rates(), [self.loaded.get(y) for y in self.outputs]])
+                values = np.concatenate([self.loaded.rates(), self.loaded.values(self.outputs)])
                 slopes = self.loaded.slopes(t, x[:n], inputs, tuple(self.outputs))
             except Exception as error:
                 self.failure = self.failure or f"the unit fails at t = {t:.6g} s: {error}"

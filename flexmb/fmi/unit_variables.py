@@ -6,6 +6,7 @@ come 0.0 and 1.0. Elements of arrays are named "x[1]", "A[2,3]": from 1 on, by r
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ WHOLE = {
 }
 """Whole numbers of FMI 2 and 3, with their bounds."""
 NUMBERS = (*REALS, *WHOLE, "Boolean")
+MOST_NAMES = 50
+"""Elements of an array up to which a message is looked for among all of them."""
 
 
 class Element(NamedTuple):
@@ -48,6 +51,15 @@ def elements_of(variable: Any) -> list[str]:
     return [f"{variable.name}[{','.join(str(i + 1) for i in place)}]" for place in np.ndindex(*shape)]
 
 
+def _some_elements(variable: Any) -> list[str]:
+    """Return the names of the numbers of a variable for a message, of a large array those at its ends."""
+    shape = _shape(variable)
+    if int(np.prod(shape)) <= MOST_NAMES:
+        return elements_of(variable)
+    ends = ([1] * len(shape), [1] * (len(shape) - 1) + [2], list(shape))
+    return [f"{variable.name}[{','.join(map(str, place))}]" for place in ends]
+
+
 class UnitVariables:
     """Sets and reads variables of a unit that has been loaded.
 
@@ -66,14 +78,27 @@ class UnitVariables:
         self.by_name = {v.name: v for v in described}
         self.unit: Any = None
         self._arrays: dict[int, list[Any]] = {}
+        self._found: dict[tuple[str, ...], Element] = {}
+        self._places: dict[str, dict[str, int]] = {}
 
     def find(self, name: str, *causalities: str) -> Element:
         """Return a number of one of these causalities; ModelError with those that there are."""
+        key = (name, *causalities)
+        if key not in self._found:
+            self._found[key] = self._looked_up(name, *causalities)
+        return self._found[key]
+
+    def _place(self, variable: Any, name: str) -> int | None:
+        """Return the place of an element by rows, or None if the array has no such one."""
+        if variable.name not in self._places:
+            self._places[variable.name] = {one: k for k, one in enumerate(elements_of(variable))}
+        return self._places[variable.name].get(name)
+
+    def _looked_up(self, name: str, *causalities: str) -> Element:
         variable, at = self.by_name.get(name), None
         if variable is None and name.endswith("]"):
             variable = self.by_name.get(name.partition("[")[0])
-            known = [] if variable is None else elements_of(variable)
-            at = known.index(name) if name in known else None
+            at = None if variable is None else self._place(variable, name)
             variable = variable if at is not None else None
         if variable is not None and variable.causality not in causalities:
             variable = None
@@ -85,9 +110,9 @@ class UnitVariables:
                 remedy="Connect a number; strings, binaries and clocks have no counterpart here",
             )
         if variable is None or (at is None and _shape(variable)):
-            whole = [] if variable is None else elements_of(variable)
             usable = [v for v in self.by_name.values() if v.causality in causalities and v.type in NUMBERS]
-            known = [one for v in usable for one in elements_of(v)]
+            known = [one for v in usable for one in _some_elements(v)]
+            whole = [] if variable is None else _some_elements(variable)
             raise ModelError(
                 self.title,
                 found=f"{causalities[0]} '{name}', an array" if whole else f"no {causalities[0]} '{name}'",
@@ -99,21 +124,40 @@ class UnitVariables:
 
     def set(self, name: str, value: float, *causalities: str) -> None:
         """Set a number; parameters must be what they are set to."""
-        variable, at = self.find(name, *causalities)
-        given = self._as_type(variable, name, value)
-        if at is None:
-            self._call("set", variable)([variable.valueReference], [given])
-            return
-        values = self._kept(variable)
-        values[at] = given
-        self._call("set", variable)([variable.valueReference], values)
+        self.set_all({name: value}, *causalities)
+
+    def set_all(self, given: Mapping[str, float], *causalities: str) -> None:
+        """Set numbers, arrays by one call each."""
+        arrays: dict[int, Any] = {}
+        for name, value in given.items():
+            variable, at = self.find(name, *causalities)
+            value = self._as_type(variable, name, value)
+            if at is None:
+                self._call("set", variable)([variable.valueReference], [value])
+            else:
+                self._kept(variable)[at] = value
+                arrays[variable.valueReference] = variable
+        for reference, variable in arrays.items():
+            self._call("set", variable)([reference], self._kept(variable))
 
     def get(self, name: str, *causalities: str) -> float:
         """Return a number."""
-        variable, at = self.find(name, *causalities)
-        if at is None:
-            return float(self._call("get", variable)([variable.valueReference])[0])
-        return float(self._call("get", variable)([variable.valueReference], int(np.prod(_shape(variable))))[at])
+        return self.get_all((name,), *causalities)[0]
+
+    def get_all(self, names: Iterable[str], *causalities: str) -> list[float]:
+        """Return numbers, arrays by one call each."""
+        arrays: dict[int, Any] = {}
+        values = []
+        for name in names:
+            variable, at = self.find(name, *causalities)
+            reference = variable.valueReference
+            if at is None:
+                values.append(float(self._call("get", variable)([reference])[0]))
+                continue
+            if reference not in arrays:
+                arrays[reference] = self._call("get", variable)([reference], int(np.prod(_shape(variable))))
+            values.append(float(arrays[reference][at]))
+        return values
 
     def _call(self, verb: str, variable: Any) -> Any:
         kind = variable.type

@@ -102,10 +102,10 @@ def test_a_ball_bounces_at_the_times_of_the_closed_form(made, version):
     unit = SteppedExchange(fmb.fmi.Fmu(made("ball", version), kind="model exchange"), str(made("ball").parent), 0, 2)
     times = np.linspace(0.0, 2.0, 41)
     try:
-        seen = [unit.get("y")]
+        seen = [unit.get_all(("y",))[0]]
         for t, following in pairwise(times):
             assert unit.step(t, following - t)
-            seen.append(unit.get("y"))
+            seen.append(unit.get_all(("y",))[0])
     finally:
         unit.close()
     fall, heights = np.sqrt(2.0 / 9.81), []

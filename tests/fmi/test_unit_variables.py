@@ -99,3 +99,14 @@ def test_names_that_do_not_fit_are_told_with_those_that_do():
         every.find("s", "output")
     with pytest.raises(fmb.ModelError, match="no input 'n'"):
         every.find("n", "input")
+
+
+def test_large_arrays_are_told_by_their_ends_and_set_by_one_call():
+    """A million names are neither made nor listed for a message; elements of one array go by one call."""
+    variables = with_unit(variable("A", "Float64", dimensions=(1000, 1000), start="0"))
+    with pytest.raises(fmb.ModelError, match=r"an array\. Expected: one of: A\[1,1\], A\[1,2\], A\[1000,1000\]"):
+        variables.find("A", "input")
+    variables.set_all({"A[1,1]": 2.0, "A[1000,1000]": 3.0}, "input")
+    (call,) = variables.unit.calls
+    assert (call[1][0], call[1][1], call[1][-1]) == (2.0, 0.0, 3.0)
+    assert variables.get_all(("A[1000,1000]", "A[1,1]"), "input") == [3.0, 2.0]
