@@ -58,3 +58,10 @@ def test_a_stepper_names_it_too_and_can_go_back():
 def test_an_event_that_also_releases_what_measures_goes_on():
     run = fmb.simulate(chain("second angle", then=[fmb.Release("motor")]), 0.05, samples=11)
     assert run.t[-1] == pytest.approx(0.05)
+
+
+def test_a_run_that_ended_there_names_the_event_again_when_it_is_resumed():
+    with pytest.raises(fmb.IntegrationError) as failed:
+        fmb.simulate(chain("second angle"), 0.05, samples=6)
+    with pytest.raises(fmb.ModelError, match=r"after Event 'break', which has removed Joint 'second'"):
+        fmb.resume(failed.value.solution, 0.05)

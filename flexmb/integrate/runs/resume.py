@@ -13,6 +13,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.integrate.impulsive import require_method
 from flexmb.integrate.orbital import default_integrator, unless_stiff
+from flexmb.integrate.runs.after_event import assembled_after
 from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import lost_interrupts
@@ -81,7 +82,8 @@ def resume(
     path = None if isinstance(run, Solution) else Path(run)
     before = run if isinstance(run, Solution) else Solution.load(run, read_model=read_model)
     clock = time.perf_counter()
-    last, model, state, merge = _where(before, t_end)
+    last, model, state, event = _where(before, t_end)
+    merge = event is None
     if model is None:
         return _ended(before, path)
     integrator = default_integrator(model) if integrator is None else integrator
@@ -91,7 +93,11 @@ def resume(
     require_orbit(model, float(planned[-1]))
     times = np.concatenate([[last.t], planned[planned > last.t * (1.0 + 1e-14)]])
     with listening() as heard:
-        assembled = assemble(model, t=last.t, state=state)
+        assembled = (
+            assemble(model, t=last.t, state=state)
+            if event is None
+            else assembled_after(event, before.phases[-1].model, model, last.t, state)
+        )
     integrator, stiff = unless_stiff(integrator, *assembled, float(times[-1]) - last.t)
     file = None if path is None else RunFile.continued(path, new_phase=not merge)
     recorder = Recorder(model, file, write_model, before=before, merge=merge)
@@ -139,7 +145,7 @@ def _require_described_inputs(part: str, phase) -> None:
 
 def _where(before: Solution, t_end: float):
     """Return the last instant, the model that continues (None: an event has stopped the run), its state by body name,
-    and whether its phase continues.
+    and the event after which a new phase begins (None: the last one goes on).
     """
     phase, last = before.phases[-1], before.final
     part = f"Run of model '{getattr(phase.model, 'name', '?')}'"
@@ -174,8 +180,8 @@ def _where(before: Solution, t_end: float):
             remedy="Give a later t_end to continue",
         )
     system = phase.system or compile_model(phase.model)
-    model, merge = phase.model, phase.ended in CONTINUES
-    if not merge:  # cut off between an event and the first sample after it
+    model, event = phase.model, None
+    if phase.ended not in CONTINUES:  # cut off between an event and the first sample after it
         event = next((event for event in model.events if event.name == phase.ended), None)
         if event is None:
             raise ModelError(
@@ -186,6 +192,6 @@ def _where(before: Solution, t_end: float):
             )
         model = next_phase(model, event, Series(phase))
         if model is None:  # cut off between its last sample and the word that it has ended
-            return last, None, {}, False
+            return last, None, {}, event
         last = replace(last, u=velocities_after(system, event, last.t, last.q, last.u))
-    return last, model, carried(system, model, last.q, last.u), merge
+    return last, model, carried(system, model, last.q, last.u), event
