@@ -93,11 +93,10 @@ def resume(
     require_orbit(model, float(planned[-1]))
     times = np.concatenate([[last.t], planned[planned > last.t * (1.0 + 1e-14)]])
     with listening() as heard:
-        assembled = (
-            assemble(model, t=last.t, state=state)
-            if event is None
-            else assembled_after(event, before.phases[-1].model, model, last.t, state)
-        )
+        if event is None:
+            assembled = assemble(model, t=last.t, state=state)
+        else:
+            assembled = assembled_after(event, before.phases[-1].model, model, last.t, state)
     integrator, stiff = unless_stiff(integrator, *assembled, float(times[-1]) - last.t)
     file = None if path is None else RunFile.continued(path, new_phase=not merge)
     recorder = Recorder(model, file, write_model, before=before, merge=merge)
