@@ -84,6 +84,8 @@ integrator = %s
 INTEGRATORS = {
     "GeneralizedAlpha": '"GeneralizedAlpha"',
     "Explicit": '"Explicit"',
+    "Implicit": '"Implicit"',
+    "IDA": '"IDA"',
 }
 
 

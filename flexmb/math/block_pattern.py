@@ -12,9 +12,11 @@ import numpy as np
 
 from flexmb.math.structures import Floats, Integers, structure
 
-__all__ = ["BlockPattern", "blocks", "stored"]
+__all__ = ["BlockPattern", "blocks", "elimination", "stored"]
 
 NONE = np.zeros(0)
+PARENT = 2
+"""Blocks that one of a tree leaves behind, at most: its joint and the body that carries it."""
 
 
 @structure
@@ -82,3 +84,19 @@ def blocks(p: BlockPattern) -> np.ndarray:
     order, (n,).
     """
     return p.row_block[np.argsort(p.order)]
+
+
+def elimination(p: BlockPattern) -> str:
+    """Return in words how the matrix is factorised: by the recursion over a tree, or with what loops couple.
+
+    Where every block, a body or a joint, leaves at most its joint and its parent behind, the elimination is the block
+    recursion from the leaves to the roots, of linear cost.
+    """
+    sizes = np.diff(p.block_start)
+    after = p.segment_start[1:] - p.own_segment - 1
+    ends = np.concatenate([[0], np.cumsum(p.length)])
+    wide = ends[p.segment_start[1:]] - ends[p.own_segment + 1]
+    count = float(np.sum(sizes**3 / 3.0 + sizes * wide * (sizes + wide)))
+    most = int(after.max(initial=0))
+    how = "recursion from the leaves" if most <= PARENT else f"sparse order, at most {most} blocks coupled by one,"
+    return f"{how} over {len(sizes)} blocks, {count:.3g} multiplications"

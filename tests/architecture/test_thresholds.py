@@ -105,7 +105,7 @@ KNOWN = {
         "integrate/equilibria/path.py: stride <= 1e-13",
         "integrate/ida/run.py: max(YIELDING, 0.01 * misfit)",
         "integrate/ida/run.py: max(min(1.0, FARTHER * system.lengths.whole / farthest), LEAST)",
-        "integrate/implicit/implicit.py: max(error, 1e-06)",
+        "integrate/implicit/through.py: max(error, 1e-06)",
         "integrate/linear/campbell.py: self.damping_ratios > -1e-07",
         "integrate/linear/first_frequencies.py: abs(value) * self.mu >= NOTHING",
         "integrate/linear/plant.py: share > ACCURATE",

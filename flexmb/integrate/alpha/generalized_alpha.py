@@ -103,6 +103,8 @@ class GeneralizedAlpha(metaclass=Described):
     """Large kernels that those call; processes share them."""
     in_kernels: ClassVar[bool] = True
     """No Python runs between samples."""
+    eliminates: ClassVar[bool] = True
+    """Each step solves with the factorised matrix of all bodies and joints."""
     steps_in_contact: ClassVar[float] = 8.0
     """Within a contact, for 1 % of the change of speed, wherever in a step it begins: mass on a linear spring."""
     remembers: ClassVar[bool] = True

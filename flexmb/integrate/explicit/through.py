@@ -8,12 +8,12 @@ from flexmb.integrate.explicit.eighth_order import run_to
 from flexmb.integrate.explicit.steps import STAGES, STEPS
 from flexmb.integrate.runs.patience import PAUSED
 from flexmb.integrate.runs.switching import Switching
+from flexmb.integrate.sampled import accelerated
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import array_type, numba_type
 from flexmb.math.tables import COUNT, FLOATS, NUMBER, WORK, State
-from flexmb.system.accelerations import EXACT, accelerations
 from flexmb.system.program import unit_frames
 from flexmb.tree.coordinates.settle import count_turns, move, prescribe, unit_length
 from flexmb.tree.rigid.link_tree import LINK_TREE
@@ -41,27 +41,6 @@ def _write_state(program, work, tree, s, q, u, signals):
         prescribe(chart.driven, chart.sampled, x, v, a)
     move(chart.rows, program, work, chart.start, x, v, State(t, q, u, u, s.lam, signals))
     count_turns(chart, program, t, x, q)
-
-
-@inner_kernel
-def _settled(right, a, lam, gravity):
-    """Were the last corrections of accelerations and multipliers rounding?"""
-    size, change, force, correction = gravity, 0.0, 0.0, 0.0
-    for i in range(len(a)):
-        size, change = max(size, abs(a[i])), max(change, abs(right[i]))
-    for i in range(len(lam)):
-        force, correction = max(force, abs(lam[i])), max(correction, abs(right[len(a) + i]))
-    return change <= 1e2 * EXACT * size and correction <= 1e2 * EXACT * force
-
-
-@inner_kernel
-def _accelerated(program, work, state, right, gravity, redundant):
-    """Write accelerations and multipliers of a state, as `Augmented` does; return if they are exact."""
-    if redundant == 0:
-        done = accelerations(program, state, work, right, 2) < 0
-        if done and _settled(right, state.a, state.lam, gravity):
-            return True
-    return accelerations(program, state, work, right, 12) < 0 and _settled(right, state.a, state.lam, gravity)
 
 
 @entry_kernel(
@@ -100,6 +79,6 @@ def run_through(
         t[n] = s.run[0].t
         works[n] = s.y[len(s.y) - 3 :]
         state = State(t[n], q[n], u[n], a[n], lam[n], s.signals)
-        if not _accelerated(program, work, state, s.right, g, redundant):
+        if not accelerated(program, work, state, s.right, g, redundant):
             return k, UNSURE, goal, begun
     return last, 0, goal, begun

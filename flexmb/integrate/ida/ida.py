@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -47,6 +47,8 @@ class IDA(metaclass=Described):
     max_order: int = 5
     largest: float | None = None
     most_steps: int = 100_000
+    in_threads: ClassVar[bool] = True
+    """Several threads may run it; the solver asks for residuals through Python, so one of them goes on at a time."""
 
     def __post_init__(self):
         for name in ("rtol", "atol", "largest"):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
+import threading
 import warnings
-from contextlib import redirect_stdout
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,9 @@ from flexmb.integrate.runs.kept_switches import JUMPED, keep_switches
 from flexmb.integrate.runs.patience import Patience
 from flexmb.integrate.runs.switches import allowed
 from flexmb.integrate.runs.switching import PassedOver, new_switching, read_switches
+from flexmb.math.direct import direct
 from flexmb.math.energies import powers
+from flexmb.math.plain_loops import all_finite
 from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK, PIECE, TURN_GAP
 from flexmb.system.accelerations import accelerations
 from flexmb.system.complaints import without_value, worst_equations
@@ -67,20 +69,41 @@ class _NotFinite(ArithmeticError):
 
 
 class _WithoutErrors:
-    """Writes to `target` all but what the solver prints about its failures: `Outcome` says it, with the part's name."""
+    """While a solver steps, standard output without what it prints about its failures: `Outcome` says it, with the
+    part's name. The output is one for all threads, so it is filtered while any solver steps.
+    """
 
-    def __init__(self, target):
-        self.target, self.ends = target, False
+    def __init__(self):
+        self._lock, self._steps, self._target = threading.Lock(), 0, sys.stdout
+        self._own = threading.local()
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if sys.stdout is not self:
+                self._target, sys.stdout = sys.stdout, self
+            self._steps += 1
+
+    def __exit__(self, *error: object) -> None:
+        with self._lock:
+            self._steps -= 1
+            if self._steps == 0 and sys.stdout is self:
+                sys.stdout = self._target
 
     def write(self, text: str) -> int:
         begins = text.startswith("\n[IDA")
-        if not (begins or (self.ends and text == "\n")):
-            self.target.write(text)
-        self.ends = begins  # print() writes the end of the line by itself
+        if not (begins or (getattr(self._own, "ends", False) and text == "\n")):
+            self._target.write(text)
+        self._own.ends = begins  # print() writes the end of the line by itself
         return len(text)
 
     def flush(self) -> None:
-        self.target.flush()
+        self._target.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._target, name)
+
+
+_OUTPUT = _WithoutErrors()
 
 
 class Run:
@@ -94,6 +117,7 @@ class Run:
         if not system.misfits:  # what contradicts itself has multipliers because it yields
             self.form.usual[:] = state.lam
         self.y, self.yp = self._start(state)
+        self.given, self.left = (self.y.copy(), self.yp.copy()), np.zeros(len(self.y))
         self.t = self.beyond = self.goal = state.t
         self.steps, self.most_steps = 0, settings.most_steps
         times = system.signal_times.between(state.t, max(state.t, t_end))
@@ -185,31 +209,37 @@ class Run:
             columns = np.searchsorted(self.keys, np.arange(n + 1) * n)
             pattern = sparse.csc_matrix((np.ones(len(self.keys)), self.keys % n, columns), shape=(n, n))
             options = {"linsolver": "sparse", "sparsity": pattern}
-        with warnings.catch_warnings():
-            # the solver could find the Jacobian from the pattern by differences, and says that it will not
-            warnings.simplefilter("ignore", UserWarning)
-            return Solver(
-                self.residual,
-                jacfn=self.jacobian,
-                rtol=min(settings.rtol * self._closeness(), finest),
-                atol=atol,
-                algebraic_idx=[*branches, *range(free, n - 3)],
-                max_order=settings.max_order,
-                max_step=settings.largest or LONGEST,
-                min_step=min(SHORTEST * max(self.span, abs(self.t)), settings.largest or LONGEST),
-                max_num_steps=settings.most_steps,
-                **options,
-            )
+            # the solver could find the Jacobian from the pattern by differences, and says that it will not; this filter
+            # stays, as filters belong to all threads
+            warnings.filterwarnings("ignore", "Custom sparse Jacobian", UserWarning)
+        return Solver(
+            self.residual,
+            jacfn=self.jacobian,
+            rtol=min(settings.rtol * self._closeness(), finest),
+            atol=atol,
+            algebraic_idx=[*branches, *range(free, n - 3)],
+            max_order=settings.max_order,
+            max_step=settings.largest or LONGEST,
+            min_step=min(SHORTEST * max(self.span, abs(self.t)), settings.largest or LONGEST),
+            max_num_steps=settings.most_steps,
+            **options,
+        )
 
     def _closeness(self) -> float:
         """Return the share of `rtol` that counts."""
         touches = np.any(np.isin(self.switching.now[:, 0], (GAP, TURN_GAP, DISTANCE)))
         return _closeness(self.system) * (TOUCHING if touches else 1.0)
 
+    def _given(self, y, yp) -> None:
+        """Copy what the solver gives: its arrays have a type of their own at each call, which takes long to look at."""
+        self.given[0][:], self.given[1][:] = y, yp
+
     def residual(self, t, y, yp, res) -> None:
         """Callback of the solver."""
-        residual(self.system.program, self.work, self.form, t, y, yp, res)
-        if not np.all(np.isfinite(res)):
+        self._given(y, yp)
+        direct(self, residual)(self.system.program, self.work, self.form, t, *self.given, self.left)
+        res[:] = self.left
+        if not all_finite(self.left):
             self.cause = without_value(self.system, self.work, y)
             raise _NotFinite(t)
         self.latest = t, y, yp
@@ -220,7 +250,10 @@ class Run:
 
     def jacobian(self, t, y, yp, res, cj, JJ) -> None:
         """Callback of the solver."""
-        jacobian(self.system.program, self.work, self.form, t, cj, y, yp, self.rows, self.columns, self.values)
+        self._given(y, yp)
+        direct(self, jacobian)(
+            self.system.program, self.work, self.form, t, cj, *self.given, self.rows, self.columns, self.values
+        )
         summed = np.bincount(self.address, weights=self.values, minlength=len(self.keys))
         if JJ.ndim == 1:
             JJ[:] = summed
@@ -250,7 +283,7 @@ class Run:
         if self.meeting or self.landing is not None:  # such steps stay before a sample, and can be taken back
             stop = min(x for x in (t, stop, self.landing) if x is not None)
         try:
-            with redirect_stdout(_WithoutErrors(sys.stdout)):
+            with _OUTPUT:
                 result = self.solver.step(t, method=how, tstop=stop)
         except _NotFinite as error:
             if self._shortened(error.args[0], before):

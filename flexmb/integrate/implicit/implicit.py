@@ -7,23 +7,24 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb.errors import ModelError
+from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.extent import extents, reaches
 from flexmb.integrate.implicit.added_errors import follow
 from flexmb.integrate.implicit.beside import carry, known, new_beside
-from flexmb.integrate.implicit.stages import COUNTED, STAGES, THIRD, WEIGHTS, new_stages, run_step
-from flexmb.integrate.motion import Motion, run_samples
+from flexmb.integrate.implicit.stages import COUNTED, THIRD, WEIGHTS, new_stages, run_step
+from flexmb.integrate.implicit.through import SHORT, UNSURE, Going, GoingOn, run_through
+from flexmb.integrate.motion import Motion
 from flexmb.integrate.runs.added_error import AddedError
 from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.outcome import Outcome
-from flexmb.integrate.runs.patience import UNCUT, Patience, smallest_step
-from flexmb.integrate.runs.spin_axes import keep_axes, new_axes
+from flexmb.integrate.runs.patience import Patience
+from flexmb.integrate.runs.spin_axes import new_axes
 from flexmb.integrate.runs.switches import allowed
-from flexmb.integrate.runs.switching import PassedOver, new_switching, read_switches
+from flexmb.integrate.runs.switching import PassedOver, new_switching
+from flexmb.math.direct import direct
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
-from flexmb.math.tables import INTEGRALS
 from flexmb.model.described import Described, is_number
 from flexmb.model.methods import is_formulation
 from flexmb.system.assembly import all_softened
@@ -45,10 +46,6 @@ IMPACT, SLIP = 5.0, 0.5
 """Change of the speed of an impact in a step, relative to it and to the fourth root of the tolerance, and of a slip."""
 SLOW = 0.01
 """Per simulated time: rates below this say nothing about the first step."""
-BEGUN = 0.01
-"""Part of the longest step in which the work of drives may begin to grow."""
-TOLD = 2.0 / 3.0
-"""Power of the tolerance to which the work of drives is known in a step, relative to the largest so far."""
 
 
 class _Run:
@@ -61,44 +58,79 @@ class _Run:
         self.unknowns = self.motion.unknowns
         extent, reach = extents(system, state, work, settings.atol)
         reach = reaches(system, reach, settings.rtol)
-        self.t, self.works, self.projections = state.t, np.zeros(3), 0
-        self.driven = any(joint.works for joint in system.model.joints)
-        self.turned = 0.0
-        self.goal, self.span = state.t, 0.0
-        self.x, self.v, a = self.unknowns.of(state)
         span = max(t_end - state.t, 1e-300)
         first_state = system.nu - int(np.sum(system.is_state))
+        x, v, a = self.unknowns.of(state)
         self.stages = r = new_stages(
             self.unknowns, system.state(state.t), extent, reach, new_axes(system.program), span, first_state
         )
         r.L[0], r.A[0] = state.lam, a
         self.beside = new_beside(system, self.unknowns, state, settings.follow_errors)
-        self.motion.sample(self.t, self.x, self.v)
+        longest = settings.step or settings.largest or span / 20.0
+        self.going = g = self._new_going(x, v, state.t, longest)
+        self.motion.sample(state.t, x, v)
         r.W[0] = powers(work.energy)
-        self._begin()
+        coordinate_rates(self.unknowns.chart.rows, g.x, g.v, r.K[0])
+        r.V[0] = g.v
         work.weights[0].wanted = 0
         evaluate(system.program, state, work)
         share = IMPACT * settings.rtol**0.25
         floor = settings.rtol * system.lengths.whole
         over = PassedOver(floor=floor, impact=share, slip=SLIP, duration=span)
         self.switching = new_switching(system, state, work, over)
-        self.cut = 0
-        self.largest = settings.step or settings.largest or span / 20.0
-        self.next = settings.step or min(self.largest, self._first_step(state, extent, reach, SLOW / span))
+        g.run[0].next_step = settings.step or min(longest, self._first_step(state, extent, reach, SLOW / span))
+
+    def _new_going(self, x: np.ndarray, v: np.ndarray, t: float, longest: float) -> Going:
+        """Return what the compiled loop starts from."""
+        system, settings, motion = self.system, self.settings, self.motion
+        adaptive = settings.step is None
+        # lent inertia and friction by reactions are for the formulation to correct
+        exact = type(settings.formulation) is Recursive and not motion.friction and not len(system.program.floor)
+        return Going(
+            x=x.copy(),
+            v=v.copy(),
+            works=np.zeros(3),
+            weights=WEIGHTS.copy(),
+            third=THIRD.copy(),
+            gaps=system.gaps,
+            bounds=motion.bounds,
+            units=system.units,
+            turns=self.unknowns.turns,
+            balls=np.array(self.unknowns.balls, np.int64),
+            state=system.state(t),
+            right=motion.right,
+            xs=x.copy(),
+            vs=v.copy(),
+            second=np.zeros(len(v)),
+            run=GoingOn.table(
+                t=t,
+                goal=t,
+                longest_step=longest,
+                rtol=settings.rtol,
+                newton=NEWTON,
+                settled=np.inf if adaptive else SETTLED,
+                length=system.lengths.whole,
+                gravity=float(np.linalg.norm(system.model.gravity)),
+                adaptive=int(adaptive),
+                driven=int(any(joint.works for joint in system.model.joints)),
+                closes=int(self.unknowns.closes),
+                exact=int(exact),
+                redundant=int(bool(system.redundant)),
+            ),
+        )
 
     def jumped(self) -> bool:
         """Write accelerations, reactions and powers after a jump of the loads to the first stage."""
-        state = self.motion.sample(self.t, self.x, self.v)
+        state = self._state()
         if not np.all(np.isfinite(state.a)):
             return False
         r = self.stages
         r.L[0], r.A[0], r.W[0] = state.lam, self.unknowns.of(state)[2], powers(self.work.energy)
         return True
 
-    def _begin(self) -> None:
-        """Write the rates at the start of a step to the first stage."""
-        coordinate_rates(self.unknowns.chart.rows, self.x, self.v, self.stages.K[0])
-        self.stages.V[0] = self.v
+    def _state(self):
+        """Return the present state with accelerations and multipliers, by the formulation."""
+        return self.motion.sample(float(self.going.run[0].t), self.going.x, self.going.v)
 
     def _first_step(self, state, extent, reach, slow: float) -> float:
         """Return a step size well below the tolerance's, from speed and acceleration."""
@@ -109,135 +141,63 @@ class _Run:
         # rates at the end of the range of numbers ask for none: steps that are no longer fail with a reason
         return max(float(0.1 * self.settings.rtol**0.25 / max(np.sqrt(a), u, pace)), float(np.finfo(float).tiny))
 
-    def _step(self, h: float) -> None:
-        """Take a step, or shorten the next one."""
-        r, adaptive, planned = self.stages, self.settings.step is None, self.next
-        solved = run_step(
-            self.unknowns.chart,
-            self.system.program,
-            self.work,
-            r,
-            self.x,
-            self.v,
-            self.t,
-            h,
-            WEIGHTS,
-            THIRD,
-            self.settings.rtol,
-            NEWTON,
-            np.inf if adaptive else SETTLED,
-        )
-        if not solved:
-            r.run[0].rejected_by_iteration += 1
-            self.next = 0.25 * h
-            return
-        error = max(float(r.run[0].error), self._error_of_work(h))
-        if adaptive and not error <= 1.0:
-            r.run[0].rejected_by_error += 1
-            self.next = h * max(0.2, 0.85 * error**-0.25)
-            return
-        part = 2.0
-        if len(self.switching.now) and h > UNCUT * smallest_step(self.t, self.goal):
-            state = self.motion.unknowns.state(self.t + h, r.y.copy(), r.v.copy())
-            self.work.weights[0].wanted = 0
-            evaluate(self.system.program, state, self.work)
-            read_switches(self.system.program, self.switching, state, self.work)
-            part = allowed(self.system.program, self.switching, h, adaptive)
-        if part < 1.0:
-            self.cut += 1
-            self.next = part * h
-            return
-        keep_switches(self.switching, h)
-        keep_axes(self.system.program.frames, r.axes, r.state.u, h)
-        self._follow(h)
-        self.t += h
-        self.works += h * WEIGHTS[-1] @ r.W
-        self.turned = max(self.turned, abs(float(self.works[1])))
-        self.x, self.v, projected = self.motion.accepted(self.t, r.y.copy(), r.v.copy())
-        self.projections += projected
-        r.A[0], r.W[0], r.L[0] = r.A[STAGES - 1], r.W[STAGES - 1], r.lam
-        self._begin()
-        r.run[0].steps += 1
-        for iq, iu, size, flexible in self.system.program.vectors:
-            if flexible == INTEGRALS:
-                r.reach[iu : iu + size] = np.maximum(r.reach[iu : iu + size], np.abs(r.state.u[iu : iu + size]))
-                continue
-            if not flexible:  # positions in W: how far the origin is says nothing about a tolerance
-                continue
-            # tolerances of flexible coordinates are relative to the largest displacement they have reached
-            largest = np.max(np.abs(r.state.q[iq : iq + size]) * r.extent[iu : iu + size], initial=0.0)
-            r.reach[iu : iu + size] = np.maximum(r.reach[iu : iu + size], largest)
-        self.next = self.largest
-        if adaptive:
-            growth = min(2.0, 0.85 * max(error, 1e-6) ** -0.25)
-            self.next = min(self.largest, h * growth if growth < 1.0 else max(planned, h * growth))
-            self.next = min(self.next, part * h) if part < 2.0 else self.next
-
-    def _follow(self, h: float) -> None:
-        """Take the motion without known errors over the step that has just been accepted."""
-        if self.beside.run["followed"][0] and h * h > 0.0:  # it divides by this square
-            touched = len(self.switching.now) > 0 and int(self.switching.limits["closed"][0])
-            follow(
+    def through(self, samples: np.ndarray, first: int, last: int, patience: float) -> Outcome:
+        """Integrate through samples[first:last] in one compiled loop; see `Implicit.run`."""
+        system, g, n, pace = self.system, self.going, last - first, Patience(patience)
+        widths = {"q": system.nq, "u": system.nu, "a": system.nu, "lam": system.ng, "works": 3}
+        rows = {"t": np.zeros(n), **{name: np.zeros((n, width)) for name, width in widths.items()}}
+        reached, failure = first, ""
+        while reached < last and not failure:
+            rest = [array[reached - first :] for array in rows.values()]
+            reached, reason = direct(self, run_through)(
                 self.unknowns.chart,
-                self.system.program,
+                system.program,
                 self.work,
                 self.stages,
                 self.beside,
-                self.x,
-                self.v,
-                self.t,
-                h,
-                WEIGHTS,
-                THIRD,
-                int(touched),
+                self.switching,
+                g,
+                samples,
+                reached,
+                last,
+                pace.steps(),
+                *rest,
             )
-
-    def _error_of_work(self, h: float) -> float:
-        """Return the error of the work of drives in a step, relative to its tolerance: coordinates that are driven have
-        no error, however long a step is.
-
-        The tolerance is never less than that of what the power does in a part of the longest step: work that begins to
-        grow, as t^5, has the same relative error in every first step, however short.
-        """
-        powers = self.stages.W[:, 1]
-        if not self.driven or not np.any(powers):
-            return 0.0
-        turned = max(self.turned, max(h, BEGUN * self.largest) * float(np.max(np.abs(powers))))
-        return abs(h * float((WEIGHTS[-1] - THIRD) @ powers)) / (self.settings.rtol**TOLD * turned)
-
-    @property
-    def reached(self) -> float:
-        """Time of the present state."""
-        return self.t
-
-    def advance(self, t: float, pace: Patience) -> str:
-        """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text."""
-        if t > self.t and t != self.goal:
-            self.goal, self.span = t, t - self.t
-        while t - self.t > 1e-12 * max(abs(t), self.span):
-            left = t - self.t
-            h = left / max(1.0, np.ceil(left / min(self.next, self.largest) * (1.0 - 1e-9)))
-            self._step(h)
-            if self.next < smallest_step(self.t, t):
-                return self._reason()
+            if reason == SHORT:
+                failure = self._reason()
+            elif reason == UNSURE:
+                failure, row = self._sample()
+                for name, value in row.items():
+                    rows[name][reached - first] = value
+                reached += 1 if row else 0
             if pace.used_up:
-                return ""
-        self.t = t
-        return ""
+                break
+        done = {name: array[: reached - first] for name, array in rows.items()}
+        return Outcome(rows=done, failure=failure, reached=float(g.run[0].t))
+
+    def _sample(self) -> tuple[str, dict[str, np.ndarray]]:
+        """Return why there is no sample at the present state, or an empty text, and the sample, by the formulation."""
+        t = float(self.going.run[0].t)
+        try:
+            state = self._state()
+        except (CompileError, ValueError, np.linalg.LinAlgError) as error:
+            why = str(error) if isinstance(error, CompileError) else "the accelerations are not finite"
+            return f"{why} at t = {t:.9g} s", {}
+        lost = np.flatnonzero(~np.isfinite(state.a))
+        if len(lost):
+            return f"the accelerations are not finite at t = {t:.9g} s near {self.system.owner(int(lost[0]))}", {}
+        works = self.going.works.copy()
+        return "", {"t": state.t, "q": state.q, "u": state.u, "a": state.a, "lam": state.lam, "works": works}
 
     def _reason(self) -> str:
         worst = f"; worst equations: {worst_equations(self.system, self.work)}" if self.system.ng else ""
         r, nu = self.stages, self.system.nu
         where = self.system.owner(int(np.argmax(np.abs(r.right[:nu]) * r.extent)))
+        now = self.going.run[0]
         return (
-            f"steps fail down to {self.next:.3g} s at t = {self.t:.9g} s (dead centre, or stiff "
+            f"steps fail down to {now.next_step:.3g} s at t = {now.t:.9g} s (dead centre, or stiff "
             f"impact) near {where}{worst}"
         )
-
-    def sample(self):
-        """Return t, q, u, a, lam, works."""
-        state = self.motion.sample(self.t, self.x, self.v)
-        return state.t, state.q, state.u, state.a, state.lam, self.works.copy()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -280,7 +240,12 @@ class Implicit(metaclass=Described):
     follow_errors: bool = True
     steps_in_contact: ClassVar[float] = 5.0
     """Within a contact, for 1 % of the change of speed, wherever in a step it begins: mass on a linear spring."""
-    entries: ClassVar[tuple] = (run_step, follow)
+    in_kernels: ClassVar[bool] = True
+    """No Python runs between samples."""
+    eliminates: ClassVar[bool] = True
+    """Each step solves with the factorised matrix of all bodies and joints."""
+    entries: ClassVar[tuple] = (run_through,)
+    parts: ClassVar[tuple] = (run_step, follow, allowed, keep_switches)
     """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
 
     def __post_init__(self):
@@ -310,7 +275,7 @@ class Implicit(metaclass=Described):
     ) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
         so far, to be called again from the next."""
-        return run_samples(variables, system, samples, first, last, patience)
+        return variables.through(samples, first, last, patience)
 
     def jumped(self, system, work, variables: _Run) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
@@ -332,6 +297,6 @@ class Implicit(metaclass=Described):
         """Return the numbers of the run."""
         return {
             **counted(variables.stages.run, COUNTED),
-            "cut at contacts": variables.cut,
-            "projections": variables.projections,
+            "cut at contacts": int(variables.going.run[0].cut),
+            "projections": int(variables.going.run[0].projections),
         }

@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["together"]
+from flexmb.math.block_pattern import elimination
+
+__all__ = ["numbers_of", "together"]
 
 GREATEST, LEAST = ("most ", "largest "), ("fewest ",)
 
@@ -26,3 +28,10 @@ def together(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, A
             continue
         found[name] = max(known, number) if name.startswith(GREATEST) else known + number
     return found
+
+
+def numbers_of(integrator: Any, system: Any, variables: Any) -> dict[str, Any]:
+    """Return the numbers of an integrator, and how it factorises the matrix of a step, if it does."""
+    pattern = system.program.pattern
+    eliminates = getattr(integrator, "eliminates", False) and len(pattern.order)
+    return {**integrator.statistics(variables), **({"elimination": elimination(pattern)} if eliminates else {})}

@@ -48,14 +48,15 @@ class Family:
         Raises
         ------
         ModelError
-            The integrator takes its steps in Python, or the model calls Python: threads would wait for each other.
+            The integrator takes its steps in Python, or the model calls functions of the user.
         """
         integrator = chosen_integrator(model, integrator, None)
-        if not getattr(integrator, "in_kernels", False):
+        if not (getattr(integrator, "in_kernels", False) or getattr(integrator, "in_threads", False)):
             raise ModelError(
                 "sweep, engine 'compiled'",
                 found=f"integrator = {integrator!r}, whose steps are Python's",
-                expected="GeneralizedAlpha(...), or Explicit(...) by DOP853 with Augmented() or Recursive()",
+                expected="GeneralizedAlpha(...), Implicit(...), IDA(...), or Explicit(...) by DOP853 with Augmented() "
+                "or Recursive()",
                 remedy="Give one of these, or leave out the engine to compute the variants on processes",
             )
         _require_no_python(model)

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-__all__ = ["PAUSED", "UNCUT", "Patience", "smallest_step"]
+__all__ = ["PAUSED", "ROUNDINGS", "UNCUT", "Patience", "smallest_step"]
 
 PAUSED = -1
 """What a compiled loop returns when it has used up its steps."""

@@ -15,7 +15,7 @@ from flexmb.integrate.runs.breaks import jumps_at_once, just_after
 from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.coarse_contacts import CoarseContacts
 from flexmb.integrate.runs.continuity import require_continuity, require_known_states
-from flexmb.integrate.runs.counts import together
+from flexmb.integrate.runs.counts import numbers_of, together
 from flexmb.integrate.runs.fastest import unchanged
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
@@ -386,7 +386,7 @@ class Phases:
     def _count(self, system) -> None:
         """Add the numbers of the integrator's run to the totals."""
         contacts = self.contacts.look(system, getattr(self.variables, "switching", None))
-        self.statistics = together(self.statistics, {**self.integrator.statistics(self.variables), **contacts})
+        self.statistics = together(self.statistics, {**numbers_of(self.integrator, system, self.variables), **contacts})
 
 
 def _row(rows, k: int) -> dict[str, np.ndarray]:
