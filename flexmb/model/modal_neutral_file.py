@@ -175,8 +175,8 @@ def _tell_of_unknown_stiffness(data: ModalArrays, path: str | Path) -> None:
     """Warn that nothing will be told of buckling: files of former times do not hold what is needed."""
     warnings.warn(
         f"Reduced body '{data.name}' in '{path}': it has no geometric stiffness, and it is not known by how much loads "
-        "change its stiffness: the file is of a former version; expected: a file that tells it. Reduce it again from "
-        "its mesh; until then no run warns where it would buckle",
+        "change its stiffness: the file is of a former version; expected: a file that tells it. Reduce it again "
+        "from its mesh or deck; until then, and for bodies of matrices alone, no run warns where it would buckle",
         ValidityWarning,
         stacklevel=4,
     )

@@ -26,11 +26,14 @@ class Holders:
         bodies = _bodies_of_markers(system)
         firm = _held_to_the_ground(system, bodies)
         self.neighbours: dict[str, list[tuple[int, int, int]]] = {"": []}
-        """By the name of the body beside it, "" for the ground: leg, its equation, interface."""
-        for n, marker in enumerate(legs["marker"]):
-            equation = legs["equation"][n]
+        """By the name of the body beside it, "" for the ground and the body itself: leg, its equation, interface."""
+        connected: dict[int, set[str]] = {}
+        for marker, equation in zip(legs["marker"].tolist(), legs["equation"].tolist(), strict=True):
+            connected.setdefault(equation, set()).add(bodies[marker])
+        for n, (marker, equation) in enumerate(zip(legs["marker"].tolist(), legs["equation"].tolist(), strict=True)):
             if marker in place and system.equation_owners[equation][1].level == 0:
-                beside = {bodies[m] for m in legs["marker"][legs["equation"] == equation]} - {body}
+                beside = connected[equation] - {body}
+                # an equation between places of the body alone holds always; its legs take no rigid motion away
                 key = ", ".join(sorted(beside - firm))
                 self.neighbours.setdefault(key, []).append((n, equation, place[marker]))
         self.pushed, self.turned = [], []

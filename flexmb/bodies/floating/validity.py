@@ -7,7 +7,7 @@ Four numbers, each 1 at the limit:
 - load: the geometric stiffness of the present loads, sum s_i G_i, relative to the one at which K + sum s_i G_i is
   singular: the buckling load of the reduced body in its frame (free for the mean frame: joints are no part of it);
 - left out: change of stiffness by the present loads where the reduction has no geometric stiffness, relative to
-  `CHANGE`;
+  `CHANGE`; beside it the part of it that softens, relative to all of the stiffness: 1 where the body buckles;
 - speed: angular velocity relative to the frequency of the highest retained mode; beyond, the centrifugal field changes
   the body in shapes that were left out.
 """
@@ -33,9 +33,14 @@ DEFORMATION = 0.1
 CHANGE = 0.1
 """Change of the stiffness by loads, relative to it, that may be left out."""
 UNKNOWN = (
-    "{title} has no geometric stiffness, and it is not known by how much loads change its stiffness: its data hold no "
-    "elements, or are of a former version, or have very many interfaces. Reduce it again with geometric_stiffness=True "
-    "if it may buckle or spins fast."
+    "{title} has no geometric stiffness, and it is not known by how much loads change its stiffness: no run warns "
+    "where it would buckle. If it may, or spins fast: made from elements, reduce it again with "
+    "geometric_stiffness=True; of matrices alone, which cannot tell it, compare its load with a buckling load of the "
+    "program that wrote them."
+)
+SWITCHED_OFF = (
+    "{title} has geometric stiffness that is not used (geometric_stiffness={given!r}): no run warns where loads change "
+    "its stiffness. Leave that out, or compare with a run that has it."
 )
 LOOKS = 16
 """Samples of a block at which the load is looked at; it costs an evaluation and an eigenvalue problem."""
@@ -97,7 +102,10 @@ class _Limits:
             + [f"load '{name}'" for name in data.load_names]
             + ["preload"]
         )
-        self.unknown = data.left_out is None and data.geometric is None
+        self.note = ""
+        if data.left_out is None and not row["stiffening"]:
+            text = UNKNOWN if data.geometric is None else SWITCHED_OFF
+            self.note = text.format(title=body.title, given=body.geometric_stiffness)
         known = data.left_out is not None and not row["stiffening"]
         self.left_out = LeftOut(body, data, row, self.causes, system) if known else None
 
@@ -135,7 +143,7 @@ class FloatingWatch:
         rows = program.raw[program.starts[kind] : program.starts[kind + 1]].view(ROW)
         elastic = [(body, row) for body, row in zip(bodies, rows, strict=True) if row["modes"] > 0]
         self.limits = [_Limits(body, row, system) for body, row in elastic]
-        self.notes = [UNKNOWN.format(title=limits.title) for limits in self.limits if limits.unknown]
+        self.notes = [limits.note for limits in self.limits if limits.note]
         self.unstiffened = [n for n, limits in enumerate(self.limits) if limits.left_out is not None]
         self.spans = [system.body_slices[body.name] for body, _ in elastic]
         self.bulk = program.bulk

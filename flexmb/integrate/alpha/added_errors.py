@@ -7,6 +7,7 @@ import numpy as np
 from flexmb.integrate.alpha.variables import Apart, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import to_body_axes, turn
 from flexmb.integrate.runs.gap import begin_again, new_gap
+from flexmb.integrate.runs.reaction_errors import new_comparison
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import State
@@ -36,6 +37,7 @@ def beside(system, own: Variables, followed: bool) -> Motions:
             u=np.zeros(system.nu),
             a=np.zeros(system.nu),
             q_start=own.q.copy(),
+            reactions=new_comparison(system),
             run=new_gap(system, followed),
         ),
     )
@@ -51,6 +53,8 @@ def taken_over(system, before: Motions, now: Motions, c: Controls) -> Motions:
     """
     now.apart.run[:] = before.apart.run
     now.corrected.run["steps"] = before.corrected.run["steps"]
+    if before.apart.reactions.shape == now.apart.reactions.shape:
+        now.apart.reactions[:] = before.apart.reactions
     if before.own.q.shape != now.own.q.shape or before.own.u.shape != now.own.u.shape:
         begin_again(now.apart.run)
         return now

@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
-from flexmb.integrate.alpha.step_size import fit_to_step, keep_rates
+from flexmb.integrate.alpha.step_size import fit_to_step, keep_rates, write_sample
 from flexmb.integrate.alpha.variables import Controls, Motions
 from flexmb.integrate.runs.gap import EVERY, measure
+from flexmb.integrate.runs.reaction_errors import add_difference
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
 from flexmb.math.program import PROGRAM
@@ -20,7 +21,7 @@ from flexmb.math.structures import numba_type
 from flexmb.math.tables import CHOICE, NUMBER, WORK, State
 from flexmb.system.program import constraint_velocity, evaluate, keep_branches
 
-__all__ = ["follow", "follow_anew", "local_errors"]
+__all__ = ["compare_reactions", "follow", "follow_anew", "local_errors"]
 
 CORRECTIONS, ENOUGH = 6, 0.1
 """Corrections of a step at most, and what they may leave, relative to the tolerance of a step."""
@@ -112,6 +113,22 @@ def follow(program, work, motions, c, h, t, short):
     s.run[0].steps += 1
     if s.run[0].steps % EVERY == 0:
         measure(program, v.q, s.q, v.extent, apart.run, apart.q_start, t)
+
+
+@kernel
+def compare_reactions(program, work, motions, c, lam):
+    """Compare multipliers `lam` (ng,) of a sample with those that the motion without local errors has there.
+
+    Both follow from places and velocities: those of the steps themselves swing. The factors are left as a sample leaves
+    them. Samples that lie closer than some steps are passed over.
+    """
+    v, s, apart = motions.own, motions.corrected, motions.apart
+    if apart.run[0].followed == 0 or c.sweeps == 0 or s.run[0].steps < s.run[0].compared + EVERY:
+        return
+    s.run[0].compared = s.run[0].steps
+    s.run[0].t = v.run[0].t
+    write_sample(program, work, s, c, s.u1, s.a1, s.lam1)
+    add_difference(lam, s.lam1, apart.reactions)
 
 
 @inner_kernel

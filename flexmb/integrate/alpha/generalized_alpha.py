@@ -21,13 +21,14 @@ from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.memory import floats_of
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
+from flexmb.integrate.runs.reaction_errors import shares_of_reactions
 from flexmb.integrate.runs.spin_axes import new_axes
 from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.direct import direct
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
-from flexmb.math.weights import weigh_mass
+from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import accelerations
 from flexmb.system.branches import branch_rates
@@ -374,6 +375,16 @@ class GeneralizedAlpha(metaclass=Described):
         if not self.follow_errors:
             return None
         return added_error(system, variables.apart.run[0])
+
+    def reaction_errors(self, system, variables: Motions) -> dict[str, float]:
+        """Return by joint the error of its reaction, relative to it, on an average; none if not known."""
+        own, gap = variables.own, variables.apart.run[0]
+        if not self.follow_errors or gap["blind"]:
+            return {}
+        state, work = system.state(float(own.run["t"][0]), own.q, own.u), system.workspace()
+        no_matrix(work.weights)
+        evaluate(system.program, state, work)
+        return shares_of_reactions(system, work, variables.apart.reactions)
 
     @staticmethod
     def _reason(system, work, v: Variables, reason: int) -> str:

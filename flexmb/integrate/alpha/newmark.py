@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.integrate.alpha.corrected import follow, follow_anew, local_errors
+from flexmb.integrate.alpha.corrected import compare_reactions, follow, follow_anew, local_errors
 from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
 from flexmb.integrate.alpha.jump import take_jump
 from flexmb.integrate.alpha.step_size import (
@@ -370,4 +370,5 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
         copy_into(q[k - first], v.q)
         write_sample(program, work, v, c, u[k - first], a[k - first], lam[k - first])
         copy_into(works[k - first], v.works)
+        compare_reactions(program, work, motions, c, lam[k - first])
     return last, 0

@@ -36,6 +36,8 @@ class AlphaRun(Record):
     """m, of positions"""
     first_state: int
     """velocities from here on are first-order states"""
+    compared: int
+    """of the motion without local errors: steps until its reactions were compared with the run's"""
     steps: int
     iterations: int
     factorisations: int
@@ -136,6 +138,8 @@ class Apart(NamedTuple):
     """(nu,) of the accelerations"""
     q_start: Floats
     """(nq,) configuration from which motion is counted"""
+    reactions: FloatRows
+    """(ng, 4) see `flexmb.integrate.runs.reaction_errors`"""
     run: Annotated[np.ndarray, ArrayOf(Gap.dtype)]
     """one row"""
 

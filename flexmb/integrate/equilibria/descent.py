@@ -15,7 +15,7 @@ from flexmb.integrate.linear.steady import saddle, steady_motion
 from flexmb.integrate.matrices import tangent_at
 from flexmb.system.complaints import without_value
 from flexmb.system.mobility import mass_metric
-from flexmb.system.program import advance, evaluate, keep_branches
+from flexmb.system.program import advance, evaluate, increment, keep_branches
 
 __all__ = ["Descent"]
 
@@ -30,7 +30,7 @@ UPHILL = 1e-8
 SOFT = 1e-9
 """Of the equations, where states of self-stress are looked for, relative to G diag(M)^-1 G^T."""
 LOST = 1e6
-"""Largest place or angle in a search, relative to the model's size and to where it began (or 1 m, 1 rad)."""
+"""Largest displacement in a search, relative to the model's size; of a turn: its arc at the radius of gyration."""
 REFINED = 50
 """Most corrections of multipliers of least norm."""
 _PLACE = ("q", "x", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
@@ -107,9 +107,13 @@ class Descent:
         )
 
     def lost(self) -> bool:
-        """Has the search left all bounds: numbers without a value, or places a million times the model's size away?"""
-        away = max(1.0, self.size, self._greatest(self.path[0][0])) if self.path else np.inf
-        return not (np.isfinite(self.unbalanced) and self._greatest(self.q) <= LOST * away)
+        """Has the search left all bounds: numbers without a value, or a million model sizes away from its start?"""
+        if not self.path:
+            return not np.isfinite(self.unbalanced)
+        moved = np.zeros(self.system.nu)
+        increment(self.system.program, self.path[0][0], self.q, moved)
+        far = self._greatest(np.where(self.states, 0.0, moved * self.extent))
+        return not (np.isfinite(self.unbalanced) and far <= LOST * self.size)
 
     def _beyond(self, now) -> bool:
         """Has a move led where an equation or a force has no value? Raise IntegrationError if even short ones do."""

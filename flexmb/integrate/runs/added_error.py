@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from flexmb.integrate.runs.counts import together
+from flexmb.integrate.runs.reaction_errors import OF_REACTIONS, smaller, unresolved
+
 __all__ = ["ADDED_UP", "UNKNOWN", "AddedError", "started_again", "tell_of", "told_of"]
 
 SHARE = 0.05
@@ -56,11 +59,7 @@ class AddedError:
         """Return the warning, if the share is too large."""
         if not self.share > SHARE:
             return []
-        less = (
-            "a smaller step"
-            if getattr(integrator, "step", None) is not None
-            else f"a smaller rtol than {integrator.rtol:g}"
-        )
+        less = smaller(integrator)
         more = "and more later" if self.lost else "the most until something touched" if self.blind else "at the most"
         return [
             f"{type(integrator).__name__}: the errors of its steps have added up to about {self.error:.2g} {self.unit} "
@@ -108,4 +107,11 @@ def tell_of(integrator: Any, system: Any, variables: Any, statistics: dict[str, 
     before = statistics.get(ADDED_UP, 0.0)
     statistics[ADDED_UP] = UNKNOWN if UNKNOWN in (before, error.number) else max(error.share, before)
     validity.tell(error.sentences(integrator))
+    if hasattr(integrator, "reaction_errors"):
+        shares = integrator.reaction_errors(system, variables)
+        if shares:
+            known = statistics.get(OF_REACTIONS, {})
+            statistics[OF_REACTIONS] = together({OF_REACTIONS: known}, {OF_REACTIONS: shares})[OF_REACTIONS]
+        if error.share <= SHARE:  # else the motion itself is not followed
+            validity.tell(unresolved(shares, integrator))
     validity.note(error.notes())

@@ -20,6 +20,10 @@ def together(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, A
     found = dict(before)
     for name, number in after.items():
         known = before.get(name, 0)
+        if isinstance(number, Mapping):  # by part: the largest
+            known = before.get(name, {})
+            found[name] = {**known, **{part: max(share, known.get(part, 0.0)) for part, share in number.items()}}
+            continue
         if isinstance(known, str) or isinstance(number, str):
             found[name] = known if isinstance(known, str) else number
             continue

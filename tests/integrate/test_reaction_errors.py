@@ -1,0 +1,124 @@
+"""Reactions that vibrations make and the steps do not resolve are told, beside closed forms of the vibration.
+
+A block is welded to the ground; a mass on a spring rings against it: the weld carries k x. Another mass flies past,
+so that the vibration is small in the motion of the model.
+"""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+
+def ringing(x0, w, zeta=0.0, weight=0.0, unit=1.0):
+    """Return the model: x0 / m, w / (rad/s); `weight` / N pulls on the block; all lengths are times `unit`."""
+    ground = fmb.Ground(markers={"o": (0, 0, 0)})
+    block = fmb.RigidBody("block", mass=1.0, inertia=0.1 * unit**2 * np.ones(3), markers={"o": (0, 0, 0)})
+    mass = fmb.PointMass("mass", mass=1.0, at=((1.0 + x0) * unit, 0, 0))
+    other = fmb.PointMass("other", mass=1.0, at=(0, 3.0 * unit, 0), velocity=(unit, 0, 0))
+    spring = fmb.SpringDamper(
+        "spring",
+        markers=("block.o", "mass.center"),
+        stiffness=w * w,
+        damping=2.0 * zeta * w,
+        length=unit,
+    )
+    pull = fmb.PointLoad("pull", marker="block.o", force=(weight * unit, 0, 0))
+    return fmb.Model(
+        bodies=[ground, block, mass, other],
+        joints=[fmb.Fixed("weld", markers=("ground.o", "block.o"))],
+        forces=[spring, pull],
+        sensors=[fmb.Reaction("force", joint="weld")],
+    )
+
+
+def closed_form(t, x0, w, zeta, weight):
+    """Return the force on the block by the weld along x, N: what spring and damper pull, and the weight."""
+    wd = w * np.sqrt(1.0 - zeta * zeta)
+    decay = x0 * np.exp(-zeta * w * t)
+    x = decay * (np.cos(wd * t) + zeta * w / wd * np.sin(wd * t))
+    v = -decay * w * w / wd * np.sin(wd * t)
+    return -(w * w * x + 2.0 * zeta * w * v + weight)
+
+
+def told_and_true(x0, w, seconds, rtol=1e-6, zeta=0.0, weight=0.0, unit=1.0):
+    """Return the share that is told, the true one (the less of mean and mean square), and the warnings about it."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        solution = fmb.simulate(
+            ringing(x0, w, zeta, weight, unit), seconds, samples=401, integrator=fmb.GeneralizedAlpha(rtol=rtol)
+        )
+    exact = unit * closed_form(solution.t, x0, w, zeta, weight)
+    error = solution["force"][:, 0] - exact
+    mean = np.abs(error).mean() / np.abs(exact).mean()
+    square = np.sqrt((error**2).mean() / (exact**2).mean())
+    words = [str(w.message) for w in caught if "is not resolved" in str(w.message)]
+    return solution.statistics["errors of reactions"]["Joint 'weld'"], min(mean, square), words
+
+
+CASES = {
+    "16 periods": (1e-3, 100.0, 1.0),
+    "100 periods": (1e-2, 100.0, 6.283),
+    "finer": (1e-3, 100.0, 1.0, 1e-8),
+    "finer and smaller": (1e-4, 100.0, 1.0, 1e-8),
+    "damped": (1e-2, 1000.0, 1.0, 1e-6, 0.02),
+    "beside a weight": (1e-3, 100.0, 1.0, 1e-6, 0.0, 50.0),
+}
+
+
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
+def test_the_error_of_a_reaction_is_told(case):
+    told, true, words = told_and_true(*case)
+    assert told == pytest.approx(true, rel=0.35)
+    assert bool(words) == (told > 0.1)
+
+
+def test_a_phase_that_is_lost_is_warned_of():
+    """The motion is right to 4e-4 of it, the reaction wrong by all of itself: before, nothing was said."""
+    told, true, words = told_and_true(1e-3, 2000.0, 0.3142)
+    assert true > 1.0
+    assert told > 1.0
+    assert "the reaction of Joint 'weld' is not resolved" in words[0]
+    assert "by all of the reaction" in words[0]
+    assert "Give a smaller rtol than 1e-06, or damping to what rings" in words[0]
+
+
+def test_the_unit_of_length_says_nothing():
+    metres, small = (told_and_true(1e-3, 100.0, 1.0, unit=unit)[0] for unit in (1.0, 1e-6))
+    assert small == pytest.approx(metres, rel=1e-3)
+
+
+def test_reactions_that_nothing_shakes_are_no_error():
+    """A balanced rotor: its bearings carry rounding alone, which is no reaction. A double pendulum: no vibration."""
+    ground = fmb.Ground(markers={"o": (0, 0, 0)})
+    rotor = fmb.RigidBody(
+        "rotor",
+        mass=2.0,
+        inertia=(0.1, 0.1, 0.2),
+        at=(-1e-4, 0, 0),
+        velocity=(0, -0.03, 0),
+        angular_velocity=(0, 0, 300.0),
+        markers={"o": (1e-4, 0, 0)},
+    )
+    hinge = fmb.Revolute("hinge", markers=("ground.o", "rotor.o"))
+    upper = fmb.RigidBody(
+        "upper", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(0.5, 0, 0), markers={"a": (-0.5, 0, 0), "b": (0.5, 0, 0)}
+    )
+    lower = fmb.RigidBody("lower", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(1.5, 0, 0), markers={"a": (-0.5, 0, 0)})
+    hinges = [
+        fmb.Revolute("first", markers=("ground.o", "upper.a")),
+        fmb.Revolute("second", markers=("upper.b", "lower.a")),
+    ]
+    spinning = fmb.Model(bodies=[ground, rotor], joints=[hinge])
+    swinging = fmb.Model(bodies=[ground, upper, lower], joints=hinges, gravity=(0, -9.81, 0))
+    for model, integrator, most in (
+        (spinning, fmb.GeneralizedAlpha(), 1e-6),
+        (swinging, fmb.GeneralizedAlpha(rtol=1e-4), 0.05),
+        (swinging, fmb.GeneralizedAlpha(), 5e-3),
+    ):
+        with warnings.catch_warnings():
+            warnings.filterwarnings("error", message=".*is not resolved.*")
+            shares = fmb.simulate(model, 2.0, samples=101, integrator=integrator).statistics["errors of reactions"]
+        assert 0.0 < max(shares.values()) < most
