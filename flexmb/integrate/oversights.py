@@ -54,7 +54,10 @@ def _twice(model: Model) -> list[str]:
             own = (surface.marker, type(shape), shape.numbers().tobytes())
             other = places.setdefault(own, surface.name)
             if other != surface.name:
-                told.append(f"surfaces '{other}' and '{surface.name}' are the same: what touches both is pressed twice")
+                told.append(
+                    f"surfaces '{other}' and '{surface.name}' are the same: what touches both is pressed twice; remove "
+                    "one of them"
+                )
     for force in model.forces:
         if not hasattr(force, "pairs") or force.crowded(model):
             continue
@@ -63,7 +66,10 @@ def _twice(model: Model) -> list[str]:
         for a, b in force.pairs(model):
             other = of_pair.setdefault(frozenset((a.name, b.name)), force.title)
             if other != force.title:
-                told.append(f"{other} and {force.title} both join surfaces '{a.name}' and '{b.name}': their forces add")
+                told.append(
+                    f"{other} and {force.title} both join surfaces '{a.name}' and '{b.name}': their forces add; name "
+                    "each pair in one contact alone"
+                )
                 break
     return told
 

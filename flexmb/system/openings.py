@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flexmb.errors import CompileError
+from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix
 from flexmb.system.assembly import assemble
@@ -198,11 +199,22 @@ def _velocities(system: System, drawn, state, work) -> list[str]:
             if not mine:
                 continue
             joint = max(mine, key=lambda j: owners.get(j.name, 0.0))
-            listed = [", ".join(f"{x:.4g}" for x in v) for v in (was, now)]
+            listed = [_in_world(system, body, at, own) for at in (drawn, state)]
             kind = "velocity" if first == 0 else "angular velocity"
             found.append(
-                f"{body.title}: its {kind} as described, ({listed[0]}) {unit} in its own axes, contradicts "
+                f"{body.title}: its {kind} as described, ({listed[0]}) {unit}, contradicts "
                 f"{joint.title}, and became ({listed[1]}) {unit}; expected: velocities of all bodies that the joints "
                 "allow together. Give the other bodies theirs too, or leave out what the joint does not allow."
             )
     return found
+
+
+def _in_world(system: System, body, state, own: slice) -> str:
+    """Return a velocity (3,) as it is described, in world axes; digits that are rounding are zero."""
+    velocity = state.u[own]
+    if body.has_frame:
+        at = system.body_slices[body.name][0].start
+        euler_to_matrix(state.q[at + 3 : at + 7], R := np.empty((3, 3)))
+        velocity = R @ velocity
+    rounding = 1e-9 * float(np.linalg.norm(velocity))
+    return ", ".join(f"{0.0 if abs(x) <= rounding else x:.4g}" for x in velocity)

@@ -145,7 +145,8 @@ class Stepper:
             try:
                 following = self._phase.advance(goal)
             except FlexmbError as error:
-                what = f"{error.part} at t = {self.t:.9g} s: {error.found}; expected: {error.expected}"
+                expected = f"; expected: {error.expected}" if error.expected else ""
+                what = f"{error.part} at t = {self.t:.9g} s: {error.found}{expected}"
                 self._status = Status.failed(what, error.remedy)
                 raise
             if following is None:

@@ -279,7 +279,7 @@ class JointTree:
         links.x[:], links.v[:], links.tau[:] = q, v, tau
         evaluate_links(links, self.work, t)
         if links.run[0].failed >= 0:
-            raise without_inertia(self.tree, links)
+            raise without_inertia(self.tree, links, self.model)
         return links.a.copy()
 
     def bias(self, q: Any, v: Any, t: float = 0.0) -> np.ndarray:
@@ -323,7 +323,7 @@ class JointTree:
         links.x[:], links.v[:] = start.q, start.v
         evaluate_links(links, self.work, start.t)
         if links.run[0].failed >= 0:
-            raise without_inertia(self.tree, links)
+            raise without_inertia(self.tree, links, self.model)
         return links
 
     @cached_property
