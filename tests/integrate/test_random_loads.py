@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,39 @@ def test_white_noise_on_an_oscillator():
     assert np.trapezoid(spectra[:, 0, 0], f) == pytest.approx(found[0], rel=1e-4)
     s = 2j * np.pi * f
     assert spectra[:, 0, 0] == pytest.approx(5.0 / np.abs(M * s**2 + C * s + K) ** 2, rel=1e-8)
+
+
+def topped(stiffness: float) -> fmb.Model:
+    """Return the cart with a mass of 1 kg on a stiff spring on it, damped by a hundredth of the critical."""
+    top = fmb.RigidBody("top", mass=1.0, inertia=(1, 1, 1), markers={"x": ALONG_X})
+    y = fmb.JointCoordinate("y", joint="spring")
+    force = fmb.formula("-k*y - c*rate(y)", over={"y": y}, k=stiffness, c=0.02 * np.sqrt(stiffness))
+    model = cart()
+    return fmb.Model(
+        bodies=[*model.bodies, top],
+        joints=[*model.joints, fmb.Prismatic("spring", markers=("cart.x", "top.x"))],
+        forces=[*model.forces, fmb.Actuator("stiff", joint="spring", effort=force)],
+        sensors=model.sensors,
+    )
+
+
+@pytest.mark.parametrize(("stiffness", "digits"), [(1e8, 1e-6), (1e12, 1e-5), (1e14, 1e-3)])
+def test_a_slow_vibration_beside_a_fast_one_keeps_its_variance(stiffness, digits):
+    """The place moves as one mass does, G / (4 c k) whatever the mass: the fast vibration is nothing beside it.
+
+    Frequencies of 1e4 to 1e7 rad/s beside 5; before, 1.3e-3 was lost at the last, and SciPy warned of its own matrix.
+    """
+    plant = fmb.linearize(topped(stiffness), inputs="push", outputs="x")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = fmb.variances(plant, [5.0])
+    assert found[0, 0] == pytest.approx(5.0 / (4 * C * K), rel=digits)
+
+
+def test_poles_that_meet_have_variances():
+    """Critical damping, where A has one eigenvector for two poles."""
+    plant = fmb.linearize(cart(damping=2.0 * np.sqrt(K * M)), inputs="push", outputs="x")
+    assert fmb.variances(plant, [5.0])[0, 0] == pytest.approx(5.0 / (8.0 * K * np.sqrt(K * M)), rel=1e-7)
 
 
 def test_bad_random_loads_are_refused():

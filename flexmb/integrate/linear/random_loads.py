@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
+from scipy.linalg import eig, matrix_balance, solve_continuous_lyapunov
 
 from flexmb.errors import ModelError
 from flexmb.integrate.linear.plant import Plant
+from flexmb.told import tell
 
 __all__ = ["spectral_response", "variances"]
+
+PARALLEL = 1e7
+"""Condition of eigenvectors from which on they do not say what the poles do."""
 
 
 def spectral_response(plant: Plant, frequencies, densities) -> np.ndarray:
@@ -60,8 +67,6 @@ def variances(plant: Plant, densities) -> np.ndarray:
     densities : (m,) or (m, m)
         One-sided densities, in (unit of the input)^2/Hz; white noise is seen with half of it at every frequency.
     """
-    from scipy.linalg import solve_continuous_lyapunov
-
     _require_stable(plant)
     given = np.asarray(densities, float)
     m = plant.B.shape[1]
@@ -80,12 +85,39 @@ def variances(plant: Plant, densities) -> np.ndarray:
             expected="outputs that white noise reaches by way of states: the variance is infinite otherwise",
             remedy="Ask for positions or velocities, or use spectral_response over the band that matters",
         )
-    P = solve_continuous_lyapunov(plant.A, -0.5 * plant.B @ whole @ plant.B.T)
+    A, (scale, _) = matrix_balance(plant.A, permute=False, separate=True)
+    B = plant.B / scale[:, None]
+    P = scale[:, None] * _covariances(plant, A, 0.5 * B @ whole @ B.T) * scale
     return plant.C @ P @ plant.C.T
 
 
+def _covariances(plant: Plant, A: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """Return P of A P + P A^T + Q = 0: by the eigenvectors of A, or by its Schur form (Bartels & Stewart 1972).
+
+    The Schur form rounds everything to the fastest pole: beside a vibration 1e7 times as fast nothing is left of a slow
+    one. Eigenvectors keep the digits of each, but where poles meet there are too few of them.
+    """
+    poles, vectors = eig(A)
+    # rows of fast and slow states differ by the ratio of their poles, which costs no digits
+    if np.linalg.cond(vectors / np.abs(vectors).max(axis=1, keepdims=True)) < PARALLEL:
+        half = np.linalg.solve(vectors, Q.astype(complex))
+        weights = np.linalg.solve(vectors, half.conj().T).conj().T
+        return (vectors @ (-weights / (poles[:, None] + poles.conj())) @ vectors.conj().T).real
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        P = solve_continuous_lyapunov(A, -Q)
+    if told:
+        tell(
+            f"Plant of model '{plant.name}': its variances are doubtful: its fastest pole, "
+            f"{np.abs(poles).max():.3g} 1/s, leaves no digits for its slowest, {np.abs(poles).min():.3g} 1/s, and some "
+            "of its poles meet; expected: poles of like size, or none that meet. Change a damping by a thousandth, or "
+            "use rigid joints in the place of the stiffest springs"
+        )
+    return P
+
+
 def _require_stable(plant: Plant) -> None:
-    largest = float(np.linalg.eigvals(plant.A).real.max(initial=-np.inf))
+    largest = float(plant.poles.real.max(initial=-np.inf))  # of the linearisation: A has rounded the slow ones
     if not largest < 0.0:
         raise ModelError(
             f"Plant of model '{plant.name}'",
