@@ -198,7 +198,7 @@ class GeneralizedAlpha(metaclass=Described):
         # across a jump shorter steps would tell nothing but rounding of the accelerations before
         rounding = max(1e-13 * system.lengths.whole, system.lengths.rounding)
         over = PassedOver(floor=floor, impact=share, slip=SLIP, blur=1.0, duration=span, rounding=rounding)
-        switching = new_switching(system, state, work, over)
+        switching = new_switching(system, state, work, over, fixed=self.step is not None)
         at_start = powers(work.energy)
         variables = Variables(
             q=state.q.copy(),

@@ -77,7 +77,7 @@ class _Run:
         share = IMPACT * settings.rtol**0.25
         floor = settings.rtol * system.lengths.whole
         over = PassedOver(floor=floor, impact=share, slip=SLIP, duration=span)
-        self.switching = new_switching(system, state, work, over)
+        self.switching = new_switching(system, state, work, over, fixed=settings.step is not None)
         g.run[0].next_step = settings.step or min(longest, self._first_step(state, extent, reach, SLOW / span))
 
     def _new_going(self, x: np.ndarray, v: np.ndarray, t: float, longest: float) -> Going:

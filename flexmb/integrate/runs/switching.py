@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.integrate.runs.spells import Spell
 from flexmb.math.kernel import kernel
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
-from flexmb.math.switches import COLUMNS, call_switches
+from flexmb.math.switches import COLUMNS, FORMULA, KINK, PIECE, call_switches
 
 __all__ = ["PassedOver", "SwitchLimits", "Switching", "new_switching", "read_switches"]
 
@@ -73,11 +73,20 @@ class Switching(NamedTuple):
     """(n,) how long contacts have been closed"""
 
 
-def new_switching(system, state, work, over: PassedOver) -> Switching:
-    """Return the switches of a state, which has just been evaluated; see `SwitchLimits`."""
-    n = len(system.switch_owners)
+def new_switching(system, state, work, over: PassedOver, fixed: bool = False) -> Switching:
+    """Return the switches of a state, which has just been evaluated; see `SwitchLimits`.
+
+    Steps of `fixed` size go over the corners of formulas: where there is nothing else, there are no switches.
+    """
+    sw = _all_switches(system, state, work, over, len(system.switch_owners))
+    corners = np.isin(sw.now[:, 0], (KINK, PIECE)) & (sw.now[:, FORMULA] > 0.0)
+    return _all_switches(system, state, work, over, 0) if fixed and np.all(corners) else sw
+
+
+def _all_switches(system, state, work, over: PassedOver, n: int) -> Switching:
+    """Return the switches of a state, or none (n = 0)."""
     sw = Switching(
-        kinds=system.switch_kinds,
+        kinds=system.switch_kinds[: len(system.switch_kinds) if n else 0],
         now=np.zeros((n, COLUMNS)),
         then=np.zeros((n, COLUMNS)),
         limits=SwitchLimits.table(share=over.floor / system.lengths.whole, **over._asdict()),
