@@ -204,6 +204,9 @@ def tangent(raw, data, state, work):
                 x = gradients[act[0], a if atoms[a].source < 0 else atoms[a].source]
                 if x == 0.0:
                     continue
+                if atoms[a].what == _STATE:  # most are: one number
+                    by[atoms[a].leg_b, atoms[a].axis] += weights.damping * x
+                    continue
                 if sorts[a] == ACCELERATION and atoms[a].leg_b >= 0:
                     by[atoms[a].leg_b, atoms[a].axis] += weights.mass * x
                 if sorts[a] == POSITION:

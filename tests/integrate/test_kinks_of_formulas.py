@@ -211,3 +211,16 @@ def test_kinks_of_the_forces_of_a_constraint_end_steps(integrator, force, work):
     """A push of 1 ms: its work is kinetic energy, from 1 m/s to 1.4142 m/s."""
     run = fmb.simulate(bead(force), 1.0, samples=11, integrator=integrator)
     assert run["v"][-1, 0] == pytest.approx(np.sqrt(1.0 + 2.0 * work / MASS), rel=1e-3)
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(step=1e-3), fmb.Implicit(step=1e-3)], ids=repr)
+def test_steps_of_fixed_size_look_for_jumps_and_not_for_corners(integrator):
+    """They go over corners, so these are not read; a jump still is passed over with accelerations from behind it."""
+    for text, looked_for in (("-k*max(x, 0)", 0), ("-k*sign(x)", 1)):
+        system, state = assemble(rail(formula(text, k=STIFF), -0.3, 1.0))
+        variables = integrator.start(system, state, system.workspace(), 1.0)
+        switching = getattr(variables, "switching", None) or variables.own.switching
+        assert len(switching.now) == looked_for, text
+        assert len(switching.kinds) == looked_for, text
+    adaptive = replace(integrator, step=None).start(system, state, system.workspace(), 1.0)
+    assert len((getattr(adaptive, "switching", None) or adaptive.own.switching).now) == 1
