@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from flexmb.errors import FlexmbError, did_you_mean
+from flexmb.errors import FlexmbError, did_you_mean, listed
+from flexmb.io.drawn_parts import DrawnPart
 from flexmb.io.scene import Scene
 
 __all__ = ["BODIES", "Labels", "known_labels", "places", "refuse_unknown", "without_overlap"]
@@ -14,7 +15,8 @@ __all__ = ["BODIES", "Labels", "known_labels", "places", "refuse_unknown", "with
 Labels = Mapping[str, str] | str
 BODIES = "bodies"
 """In place of a marker: every body that is drawn, by its name."""
-LAYERS = ("joints", "springs", "supports")
+LAYERS = ("joints", "springs", "supports", "contact")
+"""What is drawn and is no body."""
 WIDTH, HEIGHT = 0.56, 1.3
 """Of a letter, and of a line, over the size of the font."""
 
@@ -24,38 +26,39 @@ def places(
 ) -> tuple[dict[str, np.ndarray], int]:
     """Return the places (3,), m, in W of the labels at a frame, and how many are given by themselves: they come first,
     then the names of bodies, large ones first."""
-    bodies = {part.name: part for part in scene.parts if part.look not in LAYERS and part.name not in hide}
+    bodies = _drawn_bodies(scene, hide)
     phase, row = scene.samples[frame]
     series = scene.solution.series(phase)
     found, every = {}, False
     for text, at in _pairs(labels):
         if at in bodies:
-            found[text] = _middle(scene.snapshot(bodies[at], frame).points)
+            found[text] = _middle(_points(scene, bodies[at], frame))
         elif at == BODIES:
             every = True
         else:
-            _refuse(series.model, text, at, list(bodies))
+            _refuse(scene, text, at, hide)
             found[text] = series.marker(at).r[row]
     given = len(found)
     if every:
         named = {at for _, at in _pairs(labels)}
-        drawn = [(name, scene.snapshot(part, frame).points) for name, part in bodies.items() if name not in named]
+        drawn = [(name, _points(scene, part, frame)) for name, part in bodies.items() if name not in named]
         drawn.sort(key=lambda one: -float(np.linalg.norm(np.ptp(one[1], axis=0))))
         found |= {name: _middle(points) for name, points in drawn if name not in found}
     return found, given
 
 
-def known_labels(model, labels: Labels) -> dict[str, str]:
-    """Return those of the labels that a model has a place for."""
-    known = {*model.marker_names(), *(body.name for body in model.bodies), BODIES}
+def known_labels(scene: Scene, labels: Labels, hide: tuple[str, ...] = ()) -> dict[str, str]:
+    """Return those of the labels that a scene has a place for: markers, and bodies that are drawn."""
+    known = {*scene.solution.model.marker_names(), *_drawn_bodies(scene, hide), BODIES}
     return {text: at for text, at in _pairs(labels) if at in known}
 
 
-def refuse_unknown(models: Sequence, labels: Labels) -> None:
-    """FlexmbError for a label at what none of the models has."""
+def refuse_unknown(scenes: Sequence[Scene], labels: Labels | None, hide: tuple[str, ...] = ()) -> None:
+    """FlexmbError for a label at what none of the scenes has."""
+    known = [known_labels(scene, labels or {}, hide) for scene in scenes]
     for text, at in _pairs(labels):
-        if models and not any(text in known_labels(model, labels) for model in models):
-            _refuse(models[0], text, at, [body.name for body in models[0].bodies])
+        if scenes and not any(text in one for one in known):
+            _refuse(scenes[0], text, at, hide)
 
 
 def without_overlap(texts: Sequence[str], seen: np.ndarray, font: float, given: int = 0) -> list[str]:
@@ -91,14 +94,28 @@ def _middle(points: np.ndarray) -> np.ndarray:
     return 0.5 * (points.min(axis=0) + points.max(axis=0))
 
 
-def _refuse(model, text: str, at: str, bodies: Sequence[str]) -> None:
-    """FlexmbError where a label names neither a marker nor one of the bodies."""
+def _drawn_bodies(scene: Scene, hide: tuple[str, ...]) -> dict[str, DrawnPart]:
+    """Return the bodies that are drawn, by name."""
+    return {part.name: part for part in scene.parts if part.look not in LAYERS and part.name not in hide}
+
+
+def _points(scene: Scene, part: DrawnPart, frame: int) -> np.ndarray:
+    """Return where a part is, (n, 3), m."""
+    return scene.points(part, frame, np.arange(len(part.points)))
+
+
+def _refuse(scene: Scene, text: str, at: str, hide: tuple[str, ...]) -> None:
+    """FlexmbError where a label names neither a marker nor one of the bodies that are drawn."""
+    model, bodies = scene.solution.model, _drawn_bodies(scene, hide)
     if "." in at:
         model.marker(at, f"Picture, label '{text}'")
         return
+    own = [name for name in model.marker_names() if name.partition(".")[0] == at]
+    there = any(body.name == at for body in model.bodies)
+    remedy = f"Write '{own[0]}', a marker of it" if own else "Take its label out"
     raise FlexmbError(
         f"Picture, label '{text}'",
-        found=f"there is no body '{at}' that is drawn",
-        expected="a body, a marker (body.marker), or bodies: all by their names",
-        remedy=did_you_mean(at, [*bodies, BODIES]) or f"One of: {', '.join(bodies)[:200]}",
+        found=f"the body '{at}' is not drawn" if there else f"there is no body '{at}' that is drawn",
+        expected=f"a marker (body.marker), bodies for all by their names, or one of: {listed(at, bodies)}",
+        remedy=remedy if there else did_you_mean(at, [*bodies, BODIES]) or "Correct the name",
     )

@@ -12,7 +12,7 @@ from flexmb.files import complaints, replacing
 from flexmb.io.scene import Scene
 from flexmb.results import recover
 from flexmb.view.graphics import require_graphics
-from flexmb.view.labels import Labels, places
+from flexmb.view.labels import Labels, places, refuse_unknown
 from flexmb.view.stage import Look, Stage
 
 __all__ = ["largest_stress", "overlay", "render", "upwards"]
@@ -66,6 +66,7 @@ def render(
     picture = _checked(path, STILL + MOVING)
     scene, frames = _scene(solution, times, default_all=picture.suffix in MOVING)
     hidden = _hidden(scene, hide)
+    refuse_unknown([scene], labels, hidden)
     stage = Stage(scene, size, largest_stress(scene, frames), scale, hide=hidden)
     try:
         stage.add_state(frames[0] if picture.suffix in MOVING else frames[-1])
@@ -100,6 +101,7 @@ def overlay(
     picture = _checked(path, STILL)
     scene, frames = _scene(solution, times, default_all=True)
     hidden = _hidden(scene, hide)
+    refuse_unknown([scene], labels, hidden)
     stage = Stage(scene, size, largest_stress(scene, frames[-1:]), scale, hide=hidden)
     try:
         for number, frame in enumerate(frames[:-1]):

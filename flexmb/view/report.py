@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import DataFileError, FlexmbError
+from flexmb.errors import DataFileError, FlexmbError, did_you_mean, listed
 from flexmb.io.scene import Scene
 from flexmb.io.web_page import page
 from flexmb.view import report_model, report_results, report_stress, report_trust
@@ -84,6 +84,8 @@ def report(
         )
     if not given:
         raise FlexmbError("Report", found="there is no run", expected="at least one", remedy="Give a solution")
+    if isinstance(camera, Mapping):
+        _require_runs(camera, list(map(str, given)))
     named = [Run(str(name), solution, COLORS[k % len(COLORS)]) for k, (name, solution) in enumerate(given.items())]
     text = _page(named, checks or {}, verified or {}, pictures, camera, labels or {}, diagrams)
     try:
@@ -97,6 +99,18 @@ def report(
             remedy="Choose another place",
         ) from error
     return path
+
+
+def _require_runs(camera: Mapping[str, Any], runs: Sequence[str]) -> None:
+    """FlexmbError for a direction of a run that is not in the report."""
+    for name in camera:
+        if str(name) not in runs:
+            raise FlexmbError(
+                "Report, camera",
+                found=f"a direction for '{name}'",
+                expected=f"names of runs: {listed(str(name), runs)}",
+                remedy=did_you_mean(str(name), runs) or "Correct the name, or take the direction out",
+            )
 
 
 def _page(
@@ -148,14 +162,13 @@ def _summary(runs: list[Run]) -> str:
 
 def _stills(runs: list[Run], camera, labels: Labels) -> str:
     """Pictures at the start, at events (or half way) and at the end; of several runs their ends."""
-    own = {run.name: known_labels(run.solution.model, labels) for run in runs if run.solution.model is not None}
-    refuse_unknown([run.solution.model for run in runs if run.name in own], labels)
+    scenes = [(run, Scene(run.solution)) for run in runs if run.solution.model is not None]
+    refuse_unknown([scene for _, scene in scenes], labels)
     try:
         require_graphics()
     except FlexmbError as error:
         return f'<h2>Pictures</h2><p class="note">None: {escape(str(error))}</p>'
     figures = []
-    scenes = [(run, Scene(run.solution)) for run in runs if run.solution.model is not None]
     most = max(
         (largest_stress(scene, range(len(scene.times))) for _, scene in scenes), default=0.0
     )  # one scale for all
@@ -166,9 +179,10 @@ def _stills(runs: list[Run], camera, labels: Labels) -> str:
             stage.add_state(frames[0])
             toward = camera.get(run.name) if isinstance(camera, Mapping) else camera
             stage.look_from(toward, upwards(run.solution.model), list(range(len(scene.times))))
+            own = known_labels(scene, labels)
             for frame in frames:
                 stage.move_to(frame)
-                stage.label(*places(scene, own[run.name], frame))
+                stage.label(*places(scene, own, frame))
                 title = f"t = {scene.times[frame]:.4g} s" + (f", {run.name}" if len(runs) > 1 else "")
                 figures.append(report_results.figure(title, _image(stage.picture(), title)))
         finally:

@@ -1,5 +1,6 @@
 """Reports: self-contained pages whose numbers are those of the run."""
 
+import importlib
 import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
@@ -15,6 +16,8 @@ from flexmb.errors import DataFileError, FlexmbError, duration
 from flexmb.view import curves, graphics, report
 from flexmb.view.quantities import number, scaled, shown_columns, sizes
 
+report_page = importlib.import_module("flexmb.view.report")
+"""The module; the function of its name covers it."""
 VOID = {"meta", "img", "br", "link"}
 
 
@@ -198,6 +201,18 @@ def test_labels_in_pictures(solution, tmp_path):
     assert all(one != two for one, two in zip(plain, labelled))
     with pytest.raises(FlexmbError, match=r"label 'tip'.*nothing"):
         view.report({"one": solution}, tmp_path / "page.html", labels={"tip": "nothing.tip"})
+
+
+def test_names_in_a_report_are_refused_before_it_is_drawn(solution, tmp_path, monkeypatch):
+    """A direction for a run that is not there, a label at a body that no run draws."""
+    monkeypatch.setattr(report_page, "Stage", None)  # nothing is drawn
+    monkeypatch.setattr(report_page, "require_graphics", lambda: None)
+    runs, path = {"first": solution, "second": solution}, tmp_path / "page.html"
+    with pytest.raises(FlexmbError, match=r"camera: a direction for 'frist'.*Did you mean 'first'"):
+        view.report(runs, path, camera={"frist": (1, 0, 0)})
+    with pytest.raises(FlexmbError, match=r"label 'wall': the body 'ground' is not drawn.*Write 'ground\."):
+        view.report(runs, path, labels={"wall": "ground"})
+    assert not path.exists()
 
 
 def test_no_pictures_where_nothing_can_be_drawn(swing, tmp_path, monkeypatch):
