@@ -13,16 +13,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import blake2b
 from importlib import import_module
+from itertools import islice
 from typing import Any
 from weakref import WeakValueDictionary
 
 import llvmlite.binding as llvm
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
-from numba.core.typed_passes import NativeLowering, NopythonTypeInference
+from numba.core.typed_passes import NativeLowering, NopythonRewrites, NopythonTypeInference
+from numba.core.untyped_passes import InlineClosureLikes
 
 from flexmb.math.kernel_content import UnknownContent, code_digest
 from flexmb.math.remembered_types import ComparedFlags, RememberingInference
+from flexmb.math.spared_passes import RewritesOfArrays, RewritesOfClosures
 from flexmb.math.structure_lowering import StructureLowering
 
 __all__ = ["Callee", "KernelCompiler", "MissingCallee", "rebuilt", "reduced", "register"]
@@ -128,7 +131,8 @@ class KernelLibrary(JITCodeLibrary):
 
 def _is_large(function) -> bool:
     limit = INLINED + 2 * sum(1 for _ in function.arguments)
-    return sum(1 for block in function.blocks for _ in block.instructions) > limit
+    instructions = (one for block in function.blocks for one in block.instructions)
+    return next(islice(instructions, limit, None), None) is not None  # which of thousands need not be counted
 
 
 @contextmanager
@@ -142,7 +146,12 @@ def _few_collections() -> Iterator[None]:
         gc.set_threshold(*before)
 
 
-REPLACED = {NativeLowering: StructureLowering, NopythonTypeInference: RememberingInference}
+REPLACED = {
+    InlineClosureLikes: RewritesOfClosures,
+    NativeLowering: StructureLowering,
+    NopythonRewrites: RewritesOfArrays,
+    NopythonTypeInference: RememberingInference,
+}
 
 
 class KernelCompiler(Compiler):

@@ -18,6 +18,7 @@ from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
 
 from flexmb.math.borrowing import only_borrows
+from flexmb.math.element_lowering import element, is_element, write_element
 from flexmb.math.remembered_types import remembering
 from flexmb.math.structure_type import Structure, field_value, made_structure
 
@@ -73,6 +74,29 @@ class _Lower(Lower):
             for array, room in self._held.values():
                 self.decref(array, self.builder.load(room))
         return super().lower_inst(statement)
+
+    def lower_getitem(self, kind, expression, array, index, signature):
+        kinds = self.typeof(array.name), self.typeof(index.name)
+        if not is_element(*kinds) or self.context.enable_boundscheck:
+            return super().lower_getitem(kind, expression, array, index, signature)
+        values = self.loadvar(array.name), self.loadvar(index.name)
+        found = element(self.context, self.builder, kinds, values)
+        return self.context.cast(self.builder, found, signature.return_type, kind)
+
+    def lower_setitem(self, array, index, given, signature):
+        kinds = self.typeof(array.name), self.typeof(index.name)
+        kind = self.typeof(given.name)
+        if (
+            not is_element(*kinds)
+            or isinstance(kinds[0].dtype, types.Record)
+            or not isinstance(kind, (types.Number, types.Boolean))
+            or self.context.enable_boundscheck
+        ):
+            return super().lower_setitem(array, index, given, signature)
+        values = self.loadvar(array.name), self.loadvar(index.name)
+        number = self.context.cast(self.builder, self.loadvar(given.name), kind, signature.args[2])
+        number = self.context.cast(self.builder, number, signature.args[2], kinds[0].dtype)
+        return write_element(self.context, self.builder, kinds, values, number)
 
     def _is_place(self, array, index) -> bool:
         """Is an index of an array a variable as well?"""

@@ -10,6 +10,7 @@ numba sees a type of its own with the fields as attributes; there is no index, n
 
 from __future__ import annotations
 
+from functools import cached_property
 from hashlib import blake2b
 from inspect import signature
 from typing import Any
@@ -39,7 +40,22 @@ class Structure(types.Type):
     def key(self) -> tuple:
         return self.kind, self.types
 
-    @property
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """Asked for at every use of every field."""
+        return hash(self.key)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what another process works out anew: hashes of texts and classes differ there."""
+        return {name: value for name, value in vars(self).items() if name not in ("_hash", "mangling_args")}
+
+    def __eq__(self, other) -> bool:
+        return self is other or (isinstance(other, Structure) and self.key == other.key)
+
+    @cached_property
     def mangling_args(self) -> tuple[str, tuple]:
         """A short name for symbols, instead of one with all fields of all tables."""
         return f"{self.kind.__name__}_{blake2b(self.name.encode(), digest_size=6).hexdigest()}", ()
@@ -85,8 +101,14 @@ class _Address(models.PrimitiveModel):
         super().__init__(manager, kind, ir.PointerType(BYTE))
 
 
+_layouts: dict[Structure, tuple[list[int], int]] = {}
+"""Of every structure on this machine: LLVM is asked for sizes by a module of text for each type, which takes long."""
+
+
 def _layout(context: Any, kind: Structure) -> tuple[list[int], int]:
     """Return where the fields begin, bytes, and the size of the block."""
+    if kind in _layouts:
+        return _layouts[kind]
     places, end = [], 0
     for member in kind.types:
         places.append(end)
@@ -96,6 +118,7 @@ def _layout(context: Any, kind: Structure) -> tuple[list[int], int]:
             else context.get_abi_sizeof(context.get_data_type(member))
         )
         end += -(-size // WORD) * WORD
+    _layouts[kind] = places, end
     return places, end
 
 
