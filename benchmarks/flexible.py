@@ -10,8 +10,8 @@
 
 Both programs take the same steps of the generalized-alpha method with the same spectral radius; the tip positions at
 the end are printed for comparison (ours without geometric stiffness, which the peer does not have). Our times are given
-with and without it. Every time is the median of `REPEATS` runs that take turns, in CPU seconds (a shared machine
-disturbs wall time; both run in one thread), ours with the preparation of the model.
+with and without it. Every time is the median of `REPEATS` runs that take turns, in CPU seconds (both
+run in one thread), ours with the preparation of the model.
 """
 
 from __future__ import annotations

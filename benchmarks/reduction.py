@@ -5,7 +5,7 @@
     python benchmarks/reduction.py --peers superlu skfem exudyn
 
 A 2:1:1 block with three rigid interfaces and 20 fixed-interface modes. Every case runs in a process of its own, with
-one BLAS thread, and prints CPU seconds (a shared machine disturbs wall time) and the peak of resident memory.
+one BLAS thread, and prints CPU seconds and the peak of resident memory.
 
 Peers: ``superlu`` factorises K_ii with scipy's splu as it is by default and calls eigsh in shift-invert mode; ``skfem``
 assembles K and M by plain vector forms; ``exudyn`` reduces the same matrices by FEMinterface (pip install exudyn);

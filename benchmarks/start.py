@@ -2,7 +2,7 @@
 
 Every row is a new process. "cold" has an empty cache and compiles for the processor; "wheel" has an empty cache too,
 but takes the kernels that a wheel carries (`flexmb/compiled`; left out where there are none); "warm" finds its kernels
-in the cache of the cold run. CPU time includes what children take, so it tells more than the clock on a busy machine.
+in the cache of the cold run. CPU time includes what children take.
 
 Usage: python benchmarks/start.py
 """

@@ -20,6 +20,8 @@ __all__ = ["SWITCH", "compile_ahead", "cores"]
 
 SWITCH = "FLEXMB_AHEAD"
 """Environment variable; with 0, as in these processes and in the workers of a sweep, nothing is compiled ahead."""
+MOST = 3
+"""Processes that are started at most: kernels call each other, so many would wait for what a few compile."""
 _started: list[subprocess.Popen] = []
 
 
@@ -38,7 +40,7 @@ def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = ()) -> int:
     int
         The number of processes that were started.
     """
-    spare = cores() - 1
+    spare = min(cores() - 1, MOST)
     if os.environ.get(SWITCH) == "0" or spare < 1:
         return 0
     _started[:] = [process for process in _started if process.poll() is None]
@@ -48,7 +50,9 @@ def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = ()) -> int:
     spare = min(spare - len(_started), len(missing))
     names = [f"{kernel.py_func.__module__}:{kernel.py_func.__qualname__}" for kernel in missing]
     for part in range(spare):
-        command = [sys.executable, "-c", "from flexmb.math.ahead import main; main()", str(os.getpid()), *names]
+        first = part * len(names) // spare  # each begins elsewhere, so that two do not reach for the same one
+        ordered = [*names[first:], *names[:first]]
+        command = [sys.executable, "-c", "from flexmb.math.ahead import main; main()", str(os.getpid()), *ordered]
         quiet = subprocess.DEVNULL
         environment = {**os.environ, SWITCH: "0", "FLEXMB_QUIET": "1"}
         try:

@@ -98,5 +98,43 @@ def test_entries_are_declared_with_the_types_they_are_called_with(integrator):
     np.testing.assert_allclose(solution["place"][-1], (0, 0, -0.5 * 9.81 * 0.01), rtol=1e-6, atol=1e-9)
 
 
+def test_parts_are_called_with_the_types_they_are_declared_with():
+    """By machine code too, where a run adds no version: that of another type would be compiled while a user waits."""
+    integrator = fmb.GeneralizedAlpha()
+    called = set()
+    for entry in integrator.entries:
+        entry.compile(entry.entry)
+        called |= _callees(entry.overloads[entry.entry].library)
+    found = {part: {one.arguments for one in called if _is_of(one, part)} for part in integrator.parts}
+    reached = [part for part, types in found.items() if types]
+    assert len(reached) >= 8  # the others are called from Python
+    for part in reached:
+        assert found[part] == {part.entry}, part
+
+
+def _callees(library):
+    """Return all kernels that machine code calls, and those that these call."""
+    called = {one.callee for one in library.called.values()}
+    return called.union(*map(_callees, library.called.values()))
+
+
+def _is_of(callee, kernel):
+    function = kernel.py_func
+    return (callee.module, callee.name) == (function.__module__, function.__qualname__)
+
+
+def test_few_processes_are_started_each_with_another_kernel_first(cube, monkeypatch):
+    commands = []
+    monkeypatch.setattr(ahead, "cores", lambda: 16)
+    monkeypatch.setattr(ahead.subprocess, "Popen", lambda command, **_: commands.append(command))
+    monkeypatch.setattr(ahead, "_started", [])
+    monkeypatch.setattr(ahead, "_is_missing", lambda _: True)
+    integrator = fmb.GeneralizedAlpha()
+    assert ahead.compile_ahead(integrator.entries, integrator.parts) == ahead.MOST == len(commands)
+    orders = [command[4:] for command in commands]
+    assert len({order[0] for order in orders}) == ahead.MOST
+    assert len({tuple(sorted(order)) for order in orders}) == 1
+
+
 def test_methods_of_scipy_have_no_entries():
     assert fmb.Explicit(method="Radau").entries == ()
