@@ -112,11 +112,11 @@ class Loops:
             chain = " -> ".join(names[list(self._open).index(id(signal)) :])
             raise ModelError(
                 self.compiler.writing,
-                found=f"an algebraic loop: {chain} -> {signal.word}",
+                found=f"an algebraic loop: {chain} -> {_called(signal)}",
                 expected="signals that depend on each other by way of a state",
                 remedy="Put a lag, an integrator or a delay into the loop",
             )
-        self._open[id(signal)] = getattr(signal, "name", None) or signal.word
+        self._open[id(signal)] = _called(signal)
         program = self._made(signal)
         if len(program.ops) > 1:
             program = input_program(LATER + self._slot(program))
@@ -318,3 +318,10 @@ class Loops:
     def follows_reactions(self) -> bool:
         """Do signals, at sample times, follow reactions?"""
         return any(atom.sort == REACTION for atom in self.atoms)
+
+
+def _called(signal: Signal) -> str:
+    """Return how a message calls a signal: by its name, or that of the sensor that is read."""
+    if isinstance(signal, Measurement):
+        return f"sensor '{signal.of if isinstance(signal.of, str) else signal.of.name}'"
+    return getattr(signal, "name", None) or signal.word

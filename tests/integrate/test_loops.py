@@ -294,7 +294,7 @@ def test_an_algebraic_loop_is_named():
         fmb.SignalValue("one", of=fmb.formula("2*y", over={"y": "two"})),
         fmb.SignalValue("two", of=fmb.Limit(fmb.measured("one"), limits=(-1, 1))),
     ])  # fmt: skip
-    with pytest.raises(ModelError, match=r"algebraic loop: .*formula.*limit"):
+    with pytest.raises(ModelError, match=r"algebraic loop: .*formula.*limit.*sensor 'one'"):
         assemble(model)
 
 
