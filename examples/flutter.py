@@ -113,7 +113,7 @@ def main() -> dict[str, float]:
     """Return flutter speeds, m/s, of the model, of the determinant with Jones's approximation, and of Theodorsen's."""
     speed = brentq(lambda U: growth(U)[0], 1.2 * B * PITCH, 3.0 * B * PITCH, xtol=1e-9)
     near = (speed, growth(speed)[1])
-    by_jones, by_theodorsen = (fsolve(determinant, near, (f,), xtol=1e-13) for f in (jones, theodorsen))
+    by_jones, by_theodorsen = (fsolve(determinant, near, (f,), xtol=1e-11) for f in (jones, theodorsen))
     return {
         "speed": speed,
         "frequency": near[1],
