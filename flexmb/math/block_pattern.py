@@ -12,7 +12,7 @@ import numpy as np
 
 from flexmb.math.structures import Floats, Integers, structure
 
-__all__ = ["BlockPattern", "blocks", "elimination", "stored"]
+__all__ = ["PARENT", "BlockPattern", "blocks", "elimination", "stored"]
 
 NONE = np.zeros(0)
 PARENT = 2

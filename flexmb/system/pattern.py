@@ -5,27 +5,35 @@ joint). A multiplier has a zero on the diagonal, so it may be eliminated only wh
 after all its bodies, or, as the last joint of a body, after that body alone (the equations of one joint are independent
 on one body that no other joint holds). The second rule condenses trees from their leaves, as the O(n) recursions do.
 In a loop it would count the rest of the model as fixed, and take freedoms twice; there joints wait for all their
-bodies. Among the permitted nodes the one with the least fill goes first.
+bodies. Among the permitted nodes the one with the smallest neighbours goes first.
+
+Where bodies are larger than joints, as those with modes are, that rule leaves a tree near its root. A second order
+takes nodes whose neighbours all know each other before all others: they fill nothing in, so trees go from their
+leaves to the last joint. The order with fewer multiplications is used.
 """
 
 from __future__ import annotations
 
 from heapq import heappop, heappush
+from itertools import combinations
 
 import numpy as np
 
-from flexmb.math.block_pattern import BlockPattern
+from flexmb.math.block_pattern import PARENT, BlockPattern
 
-__all__ = ["block_pattern", "elimination_order"]
+__all__ = ["block_pattern", "cheapest_order", "elimination_order", "multiplications"]
+
+FEW = 6
+"""Neighbours of a node up to which they are asked for each other."""
 
 
 def elimination_order(
-    sizes: list[int], n_bodies: int, neighbours: list[set[int]], waiting: set[int]
+    sizes: list[int], n_bodies: int, neighbours: list[set[int]], waiting: set[int], leaves: bool = False
 ) -> tuple[list[int], list[list[int]]]:
     """Return the order of the nodes and for each node its later neighbours including fill.
 
     Nodes below `n_bodies` are bodies, the others joints; `neighbours` is the symmetric adjacency, which is consumed.
-    Joints in `waiting` come after all their bodies.
+    Joints in `waiting` come after all their bodies. With `leaves` nodes that fill nothing in come first.
     """
     bodies_of = {j: {b for b in neighbours[j] if b < n_bodies} for j in range(n_bodies, len(sizes))}
     joints_of = [{j for j in neighbours[b] if j >= n_bodies} for b in range(n_bodies)]
@@ -47,7 +55,10 @@ def elimination_order(
         return done[body] and not used[body] and others and sizes[joint] <= sizes[body]
 
     def weight(node):
-        return sum(sizes[k] for k in neighbours[node])
+        around = neighbours[node]
+        if leaves and len(around) <= FEW and all(b in neighbours[a] for a, b in combinations(around, 2)):
+            return 0
+        return sum(sizes[k] for k in around)
 
     heap: list[tuple[int, int]] = []
     for node in range(len(sizes)):
@@ -77,6 +88,27 @@ def elimination_order(
     return order, [after[node] for node in order]
 
 
+def multiplications(sizes: list[int], order: list[int], after: list[list[int]]) -> float:
+    """Return how many multiplications an elimination takes."""
+    count = 0.0
+    for node, later in zip(order, after, strict=True):
+        size, width = sizes[node], sum(sizes[k] for k in later)
+        count += size**3 / 3.0 + size * width * (size + width)
+    return count
+
+
+def cheapest_order(
+    sizes: list[int], n_bodies: int, neighbours: list[set[int]], waiting: set[int]
+) -> tuple[list[int], list[list[int]]]:
+    """Return the order of elimination with fewer multiplications, see `elimination_order`; consumes `neighbours`."""
+    again = [set(nodes) for nodes in neighbours]
+    one = elimination_order(sizes, n_bodies, neighbours, waiting)
+    if all(len(later) <= PARENT for later in one[1]):
+        return one
+    two = elimination_order(sizes, n_bodies, again, waiting, leaves=True)
+    return two if multiplications(sizes, *two) < multiplications(sizes, *one) else one
+
+
 def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set[int]], waiting: set[int]):
     """Return the pattern of the factors and ``place``: a function (node, node) -> positions of the rows in S.
 
@@ -89,7 +121,7 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
     waiting : set of int
         Joints that are eliminated after all their bodies.
     """
-    order, after = elimination_order([len(node) for node in unknowns], n_bodies, neighbours, waiting)
+    order, after = cheapest_order([len(node) for node in unknowns], n_bodies, neighbours, waiting)
     # from here on nodes are numbered by their place in the order, so that what is appended in turn is sorted
     position = dict(zip(order, range(len(order)), strict=True))
     later = [sorted(position[node] for node in nodes) for nodes in after]
