@@ -116,7 +116,9 @@ def _add_basis(parser: argparse.ArgumentParser) -> None:
         "responses join the basis",
     )
     parser.add_argument(
-        "--modes", default="usual", help='number of normal modes (default 12), or "up to 200 Hz within 1 %%"'
+        "--modes",
+        default="usual",
+        help='number of normal modes (default 12), or "up to 200 Hz within 1 %%", or "... within 1 %% of the response"',
     )
     parser.add_argument(
         "--basis",

@@ -19,7 +19,7 @@ from flexmb.reduction.bases import (
     SpannedBasis,
     described,
 )
-from flexmb.reduction.basis import NormalModes, with_residuals
+from flexmb.reduction.basis import NormalModes, normal_modes, orthonormal_basis, with_residuals
 from flexmb.reduction.damping import one_ratio
 from flexmb.reduction.framed_body import FramedBody
 from flexmb.reduction.mode_choice import UpTo, choose_modes
@@ -119,8 +119,8 @@ def choose_basis(framed: FramedBody, basis: Any, modes: int | UpTo | None, joini
     framed : FramedBody
     basis : CraigBampton or SpannedBasis
     modes : int, UpTo or None
-        For `CraigBampton` an accuracy of the free-free frequencies, for all others of the response between the loads of
-        the body, in the largest singular value.
+        For `CraigBampton` an accuracy of the free-free frequencies, unless it is one of the response; for all others
+        of the response between the loads of the body, in the largest singular value.
     joining : (ndof, k), N
         Loads whose static response joins.
     damping : float or anything
@@ -128,6 +128,9 @@ def choose_basis(framed: FramedBody, basis: Any, modes: int | UpTo | None, joini
     """
     body = framed.body
     if isinstance(basis, CraigBampton):
+        if isinstance(modes, UpTo) and modes.response:
+            normal, error = _fixed_modes(framed, modes, joining, damping)
+            return Chosen(normal, None, None, error, described(basis))
         normal, exact = choose_modes(body, 12 if modes is None else modes)
         return Chosen(with_residuals(body, normal, joining), None, exact, None, described(basis))
     error = None
@@ -137,6 +140,33 @@ def choose_basis(framed: FramedBody, basis: Any, modes: int | UpTo | None, joini
         basis, vectors, error = _accurate(framed, basis, modes, joining, damping)
     normal, within = in_coordinates(framed, vectors)
     return Chosen(normal, within, None, error, described(basis))
+
+
+def _fixed_modes(framed: FramedBody, asked: UpTo, joining: np.ndarray, damping: Any):
+    """Return the fixed-interface shapes with which Craig & Bampton's basis meets an accuracy of the response, and its
+    error."""
+    body, free, zeta = framed.body, framed.freed(), one_ratio(damping)
+    most, found, modes = len(body.interior), 8, normal_modes(body, 0)
+
+    def tried(count: int) -> tuple[NormalModes, TransferError]:
+        normal = with_residuals(body, NormalModes(modes.vectors[:, :count], modes.w2[:count]), joining)
+        shapes = free.elastic(orthonormal_basis(body, normal, None).shapes)
+        return normal, transfer_error(free, shapes, asked.frequency, zeta)
+
+    low, best = 0, tried(0)
+    while best[1].relative > asked.accuracy and len(modes.w2) < most:
+        low, found = len(modes.w2) + 1, 2 * found
+        modes = normal_modes(body, min(found, most), start=modes.vectors)
+        best = tried(len(modes.w2))
+    high = len(modes.w2)
+    while low < high:  # errors fall with every mode
+        middle = (low + high) // 2
+        trial = tried(middle)
+        if trial[1].relative <= asked.accuracy:
+            high, best = middle, trial
+        else:
+            low = middle + 1
+    return best
 
 
 def _vectors(framed: FramedBody, basis: SpannedBasis, count: int, joining: np.ndarray) -> np.ndarray:

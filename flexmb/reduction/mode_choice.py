@@ -15,7 +15,9 @@ from flexmb.reduction.statics import HeldBody
 __all__ = ["USUAL", "UpTo", "choose_modes", "parse_modes"]
 
 _NUMBER = r"(\d+\.?\d*(?:e[+-]?\d+)?)"
-_PATTERN = re.compile(rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:\s+within\s+{_NUMBER}\s*%)?\s*", re.IGNORECASE)
+_PATTERN = re.compile(
+    rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:\s+within\s+{_NUMBER}\s*%)?(\s+of\s+the\s+response)?\s*", re.IGNORECASE
+)
 _DEFAULT_ACCURACY = 0.01
 USUAL = "usual"
 """The number of modes that a basis has unless another is given: 12 normal modes."""
@@ -23,10 +25,14 @@ USUAL = "usual"
 
 @dataclass(frozen=True)
 class UpTo(metaclass=Described):
-    """Every free-free frequency of the full model up to `frequency` (Hz) is met within the relative `accuracy`."""
+    """Every free-free frequency of the full model up to `frequency` (Hz) is met within the relative `accuracy`; with
+    `response`, the response to the loads of the body up to there is. Bases other than Craig & Bampton's always take
+    the response.
+    """
 
     frequency: float
     accuracy: float = _DEFAULT_ACCURACY
+    response: bool = False
 
 
 def parse_modes(modes: int | str | UpTo) -> int | UpTo | None:
@@ -40,13 +46,14 @@ def parse_modes(modes: int | str | UpTo) -> int | UpTo | None:
         match = _PATTERN.fullmatch(modes)
         if match:
             unit = 1e3 if match[2].lower() == "khz" else 1.0
-            return UpTo(float(match[1]) * unit, float(match[3]) / 100.0 if match[3] else _DEFAULT_ACCURACY)
+            accuracy = float(match[3]) / 100.0 if match[3] else _DEFAULT_ACCURACY
+            return UpTo(float(match[1]) * unit, accuracy, bool(match[4]))
     elif isinstance(modes, (int, np.integer)) and not isinstance(modes, bool) and modes >= 0:
         return int(modes)
     raise ReductionError(
         "Reduction",
         found=f"modes = {modes!r}",
-        expected="a count, or a text like 'up to 200 Hz within 1 %'",
+        expected="a count, or a text like 'up to 200 Hz within 1 %', or '... within 1 % of the response'",
         remedy="See the how-to page 'choosing modes'",
     )
 

@@ -23,6 +23,21 @@ def test_the_bound_is_near_the_error(name):
         assert 1.0 - 1e-3 <= told / error <= 10.0 or error < 1e-7
 
 
+@pytest.mark.parametrize("name", ["beam", "plate"])
+def test_craig_bampton_modes_meet_an_accuracy_of_the_response(name):
+    """As every other basis does; of the frequencies alone 1 % leaves much more of the response, near resonances."""
+    fe, interfaces, _, _, _ = body(name)
+    usual = reduction.reduce(fe, interfaces, "up to 200 Hz within 1 %", error_up_to=200.0, compare=0, stress=False)
+    close = reduction.reduce(fe, interfaces, "up to 200 Hz within 1 % of the response", compare=0, stress=False)
+    given = {"compare": 0, "stress": False, "error_up_to": 200.0}
+    fewer = reduction.reduce(fe, interfaces, close.n_modes - (6 * len(interfaces) - 6) - 1, **given)
+    assert true_error(name, usual) > 0.05
+    assert true_error(name, close) < 0.01
+    assert close.quality["transfer"]["relative"] < 0.01
+    assert fewer.n_modes == close.n_modes - 1
+    assert fewer.quality["transfer"]["relative"] > 0.01
+
+
 def test_krylov_vectors_are_few_where_the_frequency_of_the_loads_is_known():
     """Loads of 19.6 to 20.4 kHz on the journals of a crankshaft: 24 shapes instead of more than 126."""
     fe, interfaces, _, _, _ = body("short crank")
