@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     from flexmb import io
 
+    target = io.plant_path(arguments.out or f"{Path(arguments.model).stem}_plant.mat")
     found = plant(arguments)
     print(f"{len(found.A)} states")
     print(f"  inputs: {', '.join(found.inputs)}")
@@ -35,7 +36,6 @@ def execute(arguments: argparse.Namespace) -> int:
     for pole in sorted(found.poles, key=lambda s: (abs(s.imag), s.real)):
         if pole.imag >= 0.0:
             print(f"  pole: {_written(pole)} 1/s")
-    target = Path(arguments.out) if arguments.out else Path(f"{Path(arguments.model).stem}_plant.mat")
     print(f"State space: {io.write_plant(found, target)}")
     return 0
 

@@ -23,10 +23,13 @@ def in_files_and_options(text: str, statics: bool = False) -> str:
         (r"the result of " + re.escape(rest), rest),
         (r"\(state=, or other places in the model\)", "(other places in the model)"),
         (r"(?:fmb|flexmb)\.check\(model\)", "`flexmb check`"),
-        (r"geometric_stiffness=True \(--geometric-stiffness\)", "--geometric-stiffness"),
-        (r"reduction\.reduce\(\.\.\., modes=\.\.\.\)", "flexmb reduce ... --modes"),
+        (r"geometric_stiffness=True \(--geometric-stiffness; (of a part [^)]*)\)", r"--geometric-stiffness, \1"),
+        (
+            r"reduction\.reduce\(\.\.\., modes=\.\.\.\)",
+            "flexmb reduce ... --modes, of a part modes = ...",
+        ),
         (r"reduction\.reduce\(\.\.\., loads=\{\.\.\.\}\)", "flexmb reduce ... --load"),
-        (r"path=flexmb\.ArcLength\(\)", "flexmb.statics(model, path=flexmb.ArcLength()) from Python"),
+        (r"path=flexmb\.ArcLength\(\)", "statics(model, path=ArcLength()) of the Python package"),
         (r"fem\.read_deck\(\.\.\., lumped=False\), (--consistent-mass)", r"\1"),
     ):
         text = re.sub(said, meant, text)

@@ -10,7 +10,10 @@ from flexmb.model.plausibility import WAVE_SPEED, material_doubts, size_doubts
 
 __all__ = ["WAVE_SPEED", "require_material", "warn_about_material", "warn_about_size"]
 
-SCALE = "read_mesh(..., scale=1e-3) or flexmb reduce --scale 1e-3, in a model file scale = 1e-3 beside the mesh"
+SCALE = (
+    "read_mesh(..., scale=1e-3) or flexmb reduce --scale 1e-3; in a model file scale = 1e-3 of a MeshFile, and lengths "
+    "in metres of all other pieces"
+)
 
 
 def require_material(part: str, material, call: str) -> None:

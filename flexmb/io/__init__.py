@@ -5,7 +5,7 @@ from flexmb.io.file_parameters import parse_setting
 from flexmb.io.mbdyn_fem import read_mbdyn_fem, write_mbdyn_fem
 from flexmb.io.mode_series import write_modes
 from flexmb.io.model_file import OpenModelFile, load_model, load_simulation, read_model_text
-from flexmb.io.plant_file import write_plant
+from flexmb.io.plant_file import plant_path, write_plant
 from flexmb.io.pole_tables import write_poles
 from flexmb.io.quality_page import report_numbers, write_report
 from flexmb.io.response_tables import write_response, write_spectra
@@ -26,6 +26,7 @@ __all__ = [
     "model_text",
     "motion_of",
     "parse_setting",
+    "plant_path",
     "read_mbdyn_fem",
     "read_model_text",
     "read_sid",

@@ -19,6 +19,7 @@ from flexmb.io.file_parameters import resolve
 from flexmb.io.file_tables import read_tables
 from flexmb.io.inherited import inherited
 from flexmb.io.limits import ASSEMBLIES, NESTED, named_file
+from flexmb.io.measured_names import check_measured
 from flexmb.io.moving_loads import moving_forces
 from flexmb.io.notes import tell_note
 from flexmb.io.part_tables import body_data
@@ -186,9 +187,13 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
         whole = replace(joined(own_bodies, *assemblies), parameters=dict(context.parameters))
         for where, raw in _present(tables, "moving_load", context):
             families["forces"] += moving_forces(raw, where, context, whole)
-        return replace(whole.with_parts(**families), origin=_origin(tables, context, whole.origin))
+        made = replace(whole.with_parts(**families), origin=_origin(tables, context, whole.origin))
     except FlexmbError as error:
         raise located(error, path.name) from None
+    for table in () if chain else kind_lists.FAMILIES:  # sensors of an assembly may be those of the file around it
+        for where, raw in _present(tables, table, context):
+            check_measured(raw, where, [sensor.name for sensor in made.sensors])
+    return made
 
 
 def _origin(tables: dict[str, Any], context: Context, given: Orbit | None) -> Orbit | None:

@@ -10,7 +10,7 @@ from scipy.io import savemat
 from flexmb.errors import DataFileError
 from flexmb.files import replacing
 
-__all__ = ["write_plant"]
+__all__ = ["plant_path", "write_plant"]
 
 
 def write_plant(plant, path: str | Path) -> Path:
@@ -31,13 +31,19 @@ def write_plant(plant, path: str | Path) -> Path:
         An output follows the rates of an input.
     """
     plant.require_proper()
+    path = plant_path(path)
+    content = {name: getattr(plant, name) for name in "ABCD"}
+    content |= {name: np.array(getattr(plant, name), object).reshape(-1, 1) for name in ("inputs", "outputs", "units")}
+    with replacing(path, f"MATLAB file '{path}'", folder=True) as file:
+        savemat(file, content, appendmat=False, oned_as="column")
+    return path
+
+
+def plant_path(path: str | Path) -> Path:
+    """Return where a plant is written; DataFileError for another ending than .mat."""
     path = Path(path)
     if path.suffix != ".mat":
         raise DataFileError(
             f"MATLAB file '{path}'", found=f"the ending '{path.suffix}'", expected=".mat", remedy="Write plant.mat"
         )
-    content = {name: getattr(plant, name) for name in "ABCD"}
-    content |= {name: np.array(getattr(plant, name), object).reshape(-1, 1) for name in ("inputs", "outputs", "units")}
-    with replacing(path, f"MATLAB file '{path}'", folder=True) as file:
-        savemat(file, content, appendmat=False, oned_as="column")
     return path

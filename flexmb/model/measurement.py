@@ -66,7 +66,7 @@ class Measurement(Following):
                 "Signal measured",
                 found=f"of = {self.of!r:.60}",
                 expected="a sensor, or the name of a sensor",
-                remedy='Write measured("name of a sensor"), or measured(fmb.JointCoordinate("x", joint="rail"))',
+                remedy='Write measured("tip"), in a model file { measured = "tip" }, with the name of a sensor',
             )
         if isinstance(self.column, bool) or not isinstance(self.column, int) or self.column < 0:
             raise ModelError(

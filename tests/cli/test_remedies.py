@@ -16,8 +16,11 @@ SAID = {
     "Give a number, fmb.ramp(...) or fmb.table(..., of=fmb.ramp(...))": "Give a number, { ramp = { ... } } or "
     "{ table = { ..., of = { ramp = { ... } } } }",
     "Write 'top': fmb.Skin(..., faces=True), or": "Write 'top': { kind = \"Skin\", ..., faces = true }, or",
-    "Keep more modes: reduction.reduce(..., modes=...)": "Keep more modes: flexmb reduce ... --modes",
-    "Reduce it with geometric_stiffness=True (--geometric-stiffness): it": "Reduce it with --geometric-stiffness: it",
+    "Keep more modes: reduction.reduce(..., modes=...)": "Keep more modes: flexmb reduce ... --modes, "
+    "of a part modes = ...",
+    "Reduce it with geometric_stiffness=True (--geometric-stiffness; of a part in a model file geometric_stiffness = "
+    "true): it": "Reduce it with --geometric-stiffness, of a part in a model file geometric_stiffness = true: it",
+    "past it with path=flexmb.ArcLength()": "past it with statics(model, path=ArcLength()) of the Python package",
     "See flexmb.check(model): a flat toggle": "See `flexmb check`: a flat toggle",
     "Write 'ground.A', or (a) bracket": "Write 'ground.A', or (a) bracket",
     "Write fmb.equations(model).in_euler_parameters()": "Write fmb.equations(model).in_euler_parameters()",

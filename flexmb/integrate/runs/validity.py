@@ -35,7 +35,8 @@ ADVICE = {
     "left out": (
         "carries loads that change its stiffness by up to {percent:.0f} %, which its reduction leaves out",
         "less than 10 %",
-        "Reduce it with geometric_stiffness=True (--geometric-stiffness): it buckles and stiffens then",
+        "Reduce it with geometric_stiffness=True (--geometric-stiffness; of a part in a model file geometric_stiffness "
+        "= true): it buckles and stiffens then",
     ),
     "speed": (
         "turns {value:.2g} times as fast as its highest retained mode vibrates",

@@ -1,0 +1,42 @@
+"""Sensors that the signals of a model file follow: a name that no sensor has is told with its table and field."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from flexmb.errors import ModelError, did_you_mean, listed
+
+__all__ = ["check_measured"]
+
+
+def check_measured(raw: Any, where: str, sensors: Iterable[str]) -> None:
+    """Raise ModelError if ``{ measured = "x" }`` somewhere in a table of a file names none of the sensors."""
+    known = tuple(sensors)
+    for name, place in _named(raw, where):
+        if name not in known and not name.lstrip().startswith("="):
+            raise ModelError(
+                place,
+                found=f"sensor '{name}' does not exist",
+                expected=f"The model has: {listed(name, known)}",
+                remedy=did_you_mean(name, known) or "Add the sensor to the model",
+            )
+
+
+def _named(raw: Any, where: str) -> Iterator[tuple[str, str]]:
+    """Yield the names that are measured within a value, and their places."""
+    if isinstance(raw, list):
+        for entry in raw:
+            yield from _named(entry, where)
+    elif isinstance(raw, dict):
+        for field, entry in raw.items():
+            place = f"{where}, {field}"
+            if field == "measured" and len(raw) == 1:
+                name = entry.get("of") if isinstance(entry, dict) else entry
+                if isinstance(name, str):
+                    yield name, place
+            elif field == "formula" and isinstance(entry, dict) and isinstance(entry.get("over"), dict):
+                for own, given in entry["over"].items():
+                    yield from [(given, f"{place}, over.{own}")] if isinstance(given, str) else _named(given, place)
+            else:
+                yield from _named(entry, place)
