@@ -14,6 +14,9 @@ from flexmb.model.numbering import Numbering, named_numbers
 
 __all__ = ["Condensed", "ElementBlock", "FEModel", "ReferencePoint"]
 
+LARGEST = 1e60
+"""Of the entries of K and M, N/m and kg: products of larger ones exceed the range of numbers."""
+
 
 class ElementBlock(Protocol):
     """Elements of one kind: what reduction, recovery and drawing need of them beyond K and M.
@@ -158,6 +161,9 @@ class FEModel:
                     expected=f"({size}, {size}), one row per freedom in dofs",
                     remedy="Give one (node, direction) pair per matrix row",
                 )
+        for what, matrix in (("stiffness", self.K), ("mass", self.M)):
+            if not np.all(np.abs(matrix.data) <= LARGEST):  # nan too
+                self._refuse_entry(what, matrix.tocoo())
         if self.nodes.ndim != 2 or self.nodes.shape[1] != 3:
             raise MeshError(
                 part,
@@ -179,6 +185,17 @@ class FEModel:
                 expected=f"({6 * len(self.nodes)}, {size}), six rows per node",
                 remedy="Make links with fem.with_rigid_link or fem.with_averaging_link",
             )
+
+    def _refuse_entry(self, what: str, matrix: sparse.coo_matrix) -> None:
+        entry = int(np.argmin(np.abs(matrix.data) <= LARGEST))
+        node = int(self.dofs[matrix.row[entry], 0])
+        at = ", ".join(f"{x:.4g}" for x in self.nodes[node])
+        raise MeshError(
+            f"FE model '{self.name}'",
+            found=f"a {what} of {matrix.data[entry]:.3g} at {self.node_name(node)}, ({at}) m",
+            expected=f"numbers up to {LARGEST:g} in SI units, whose products are finite",
+            remedy="Correct the material, thickness, section, mass or spring there",
+        )
 
     def node_name(self, node: int) -> str:
         """Return words for a node: "node 63241 of the deck" where the file has numbers, else "node 12"."""

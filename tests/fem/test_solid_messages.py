@@ -123,6 +123,17 @@ def test_supports_and_loads():
         fem.buckling(bare, load, [0])
 
 
+@pytest.mark.parametrize("entry", [1e300, np.inf, np.nan])
+@pytest.mark.parametrize(("symbol", "what"), [("K", "stiffness"), ("M", "mass")])
+def test_entries_whose_products_overflow_are_refused_by_node(symbol, what, entry):
+    fe = fem.solid(structured("tetra10", (1, 1, 1)), STEEL)
+    matrix = getattr(fe, symbol).copy()
+    matrix[31, 31] = entry  # one row per direction: node 10
+    with pytest.raises(MeshError, match=r"at node 10, \(.*\) m.*up to 1e\+60") as refused:
+        replace(fe, **{symbol: matrix})
+    assert f"a {what} of {entry:.3g}" in str(refused.value)
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
