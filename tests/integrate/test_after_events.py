@@ -55,6 +55,13 @@ def test_a_stepper_names_it_too_and_can_go_back():
         assert run.advance(to=0.015)
 
 
+def test_another_mistake_keeps_its_remedy():
+    """What the event changes is wrong by itself: what to do about that does not give way to words about the event."""
+    with pytest.raises(fmb.FlexmbError, match="frist") as failed:
+        fmb.simulate(chain("first angle", then=[fmb.Change("motor", joint="frist")]), 0.05, samples=11)
+    assert "Let the same event release" not in str(failed.value)
+
+
 def test_an_event_that_also_releases_what_measures_goes_on():
     run = fmb.simulate(chain("second angle", then=[fmb.Release("motor")]), 0.05, samples=11)
     assert run.t[-1] == pytest.approx(0.05)

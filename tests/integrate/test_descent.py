@@ -5,6 +5,8 @@ import pytest
 
 import flexmb as fmb
 from flexmb import fem
+from flexmb.integrate.equilibria.descent import Descent
+from flexmb.system import assemble
 
 SIDE, LENGTH = 0.02, 1.0
 STEEL = fmb.Material(young=210e9, poisson=0.3, density=7850.0)
@@ -63,3 +65,30 @@ def test_a_column_below_its_buckling_load(ratio):
     assert tip[2] == pytest.approx(
         side / (k * P) * (np.tan(k * LENGTH) - k * LENGTH), rel=0.15 if ratio > 0.95 else 0.02
     )
+
+
+@pytest.mark.parametrize("length", [1e-9, 1.0, 1e6])
+def test_bounds_of_a_search_follow_the_size_of_the_model(length):
+    """A search is lost a million model sizes away from where it began; turns of a counter are no places."""
+    tip = fmb.RigidBody(
+        "tip", mass=1.0, inertia=np.full(3, length**2), at=(length, 0, 0), markers={"a": (-length, 0, 0)}
+    )
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"a": (0, 0, 0)}), tip],
+        joints=[fmb.Revolute("hinge", markers=("ground.a", "tip.a"))],
+        sensors=[fmb.JointCoordinate("turns", joint="hinge")],
+    )
+    system, state = assemble(model)
+    search = Descent(system, state, system.workspace(), 0.0, state.q.copy(), True, False, True)
+    search.unbalanced = 1.0
+    search.path = [(state.q.copy(), state.u, state.a, state.lam)]
+    at = system.body_slices["tip"][0].start
+    size = system.lengths.whole
+    for far, lost in ((0.5e6, False), (2e6, True)):
+        search.q[at] = state.q[at] + far * size
+        assert search.lost() is lost
+    search.q[:] = state.q
+    search.q[system.program.branches :] += 1e9
+    assert not search.lost()
+    search.q[at] = np.nan
+    assert search.lost()

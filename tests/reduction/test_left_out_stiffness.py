@@ -293,6 +293,19 @@ def test_files_of_former_times_say_that_it_is_not_known(tmp_path):
         assert "not known" in " ".join(solution.statistics["notes"])
 
 
+def test_geometric_stiffness_that_is_switched_off_is_noted():
+    """Its reduction has it, so nothing tells what is left out: before, not a word was said."""
+    data, force = rod(geometric_stiffness=True), 0.5 * np.pi**2 * EI / (4.0 * L**2)
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.FloatingBody("b", data=data, geometric_stiffness=False)],
+        joints=[fmb.Fixed("foot", markers=("ground.origin", "b.a"))],
+        forces=[fmb.PointLoad("press", marker="b.b", force=(-force, 0, 0))],
+    )
+    notes = " ".join(fmb.statics(model).statistics.get("notes", []))
+    notes += " ".join(fmb.simulate(model, 1e-3, samples=2).statistics["notes"])
+    assert "Body 'b' has geometric stiffness that is not used (geometric_stiffness=False): no run warns" in notes
+
+
 def test_what_leaves_nothing_out_is_read_without_a_word(tmp_path, recwarn):
     """Bodies with geometric stiffness, and such as have no elastic shapes, need no matrices of what is left out."""
     stiff, again = rod(geometric_stiffness=True), tmp_path / "stiff.h5"

@@ -218,6 +218,9 @@ def test_a_body_that_is_bent_far_too_much_is_named():
     assert np.all(np.isfinite(tree.accelerations(tree.start.q + 1e-12 * bent)))
     with pytest.raises(fmb.CompileError, match=r"Body 'b1' \(joint 'j1'\): .*bent so far .*Give smaller modal coord"):
         tree.accelerations(tree.start.q + 1e-9 * bent)
+    nothing = np.full(len(tree.start.q), np.nan)
+    with pytest.raises(fmb.FlexmbError, match=r"finite|no value"):  # the deflection is not to blame
+        tree.accelerations(nothing)
 
 
 @pytest.mark.parametrize("stiffness", [True, False])
