@@ -113,5 +113,5 @@ def tell_of(integrator: Any, system: Any, variables: Any, statistics: dict[str, 
             known = statistics.get(OF_REACTIONS, {})
             statistics[OF_REACTIONS] = together({OF_REACTIONS: known}, {OF_REACTIONS: shares})[OF_REACTIONS]
         if error.share <= SHARE:  # else the motion itself is not followed
-            validity.tell(unresolved(shares, integrator))
+            validity.note(unresolved(shares))
     validity.note(error.notes())

@@ -18,9 +18,9 @@ ERROR, SIZE = 0, 1
 OF_REACTIONS = "errors of reactions"
 """Name in the statistics: by joint, the share of its reaction."""
 SHARE = 0.1
-"""Of a reaction, on an average, from which on a run warns."""
+"""Of a reaction, on an average, from which on a note is made."""
 LEAST = 0.01
-"""Of the largest force or moment of all joints, to which the errors of those that carry less are compared."""
+"""Of the largest force of all joints, or moment over the model's size: joints that carry less are measured by it."""
 
 
 def smaller(integrator) -> str:
@@ -28,8 +28,8 @@ def smaller(integrator) -> str:
     return "a smaller step" if integrator.step is not None else f"a smaller rtol than {integrator.rtol:g}"
 
 
-def unresolved(shares: dict[str, float], integrator) -> list[str]:
-    """Return the warning about reactions of which the steps miss too much."""
+def unresolved(shares: dict[str, float]) -> list[str]:
+    """Return the note about reactions of which the steps miss too much."""
     wrong = sorted(((share, title) for title, share in shares.items() if share > SHARE), reverse=True)
     if not wrong:
         return []
@@ -37,9 +37,9 @@ def unresolved(shares: dict[str, float], integrator) -> list[str]:
     others = f"; {len(wrong) - 1} more joints likewise" if len(wrong) > 1 else ""
     much = f"{100.0 * share:.2g} % of the reaction" if share < 1.0 else "all of the reaction"
     return [
-        f"{type(integrator).__name__}: the reaction of {title} is not resolved, though the motion is: vibrations in it "
-        f"have lost their phase, on an average by {much}{others}; expected: less than {100.0 * SHARE:g} %. Give "
-        f"{smaller(integrator)}, or damping to what rings; single values of it mean nothing."
+        f"the reaction of {title} is not resolved, though the motion is: vibrations in it have lost their phase, on an "
+        f"average by {much}{others}. Where single values of it matter, give a smaller rtol or step, or damping to what "
+        f"rings; '{OF_REACTIONS}' in the statistics has every joint"
     ]
 
 
@@ -62,23 +62,24 @@ def add_difference(lam, near, table):
 def shares_of_reactions(system, work, table: np.ndarray) -> dict[str, float]:
     """Return by joint the error of its reaction, relative to the reaction: in the mean, or its square, what is less.
 
-    Forces are compared with forces and moments with moments; the larger share counts. `work` holds an evaluation. At a
-    singular position reactions have no limit: one sample near it is most of the squares. Where a vibration has died
-    away, what is left of it is most of the samples.
+    Forces and moments are compared by themselves; the larger share counts. `work` holds an evaluation. At a singular
+    position reactions have no limit: one sample near it is most of the squares. Where a vibration has died away, what
+    is left of it is most of the samples.
     """
     if not system.ng or not np.all(np.isfinite(table)):
         return {}
-    forces, shares = equations_of_forces(system, work), {}
-    for kind in (forces, ~forces):
-        means = {name: table[span, :2][kind[span]].sum(axis=0) for name, span in system.joint_equations.items()}
-        roots = {
-            name: np.sqrt(table[span, 2:][kind[span]].sum(axis=0)) for name, span in system.joint_equations.items()
-        }
-        least = [LEAST * max((found[name][SIZE] for name in found), default=0.0) for found in (means, roots)]
-        for name in means:
-            if least[0] > 0.0 and means[name][ERROR] > 0.0:
-                both = zip((means[name], roots[name]), least, strict=True)
-                share = min(float(found[ERROR] / max(found[SIZE], floor)) for found, floor in both)
-                title = system.model.joint(name, "").title
-                shares[title] = max(share, shares.get(title, 0.0))
+    of_forces, length, shares = equations_of_forces(system, work), float(system.lengths.whole), {}
+    kinds = {True: 1.0, False: length}  # m: what makes forces moments of the same weight
+    sums: dict[tuple[str, bool], np.ndarray] = {}
+    for name, span in system.joint_equations.items():
+        for force in kinds:
+            found = table[span][of_forces[span] == force].sum(axis=0)
+            sums[name, force] = np.concatenate([found[:2], np.sqrt(found[2:])])
+    largest = {column: max(found[column] / kinds[force] for (_, force), found in sums.items()) for column in (1, 3)}
+    for (name, force), found in sums.items():
+        if found[ERROR] > 0.0:
+            least = {column: LEAST * size * kinds[force] for column, size in largest.items()}
+            share = min(float(found[column - 1] / max(found[column], least[column])) for column in (1, 3))
+            title = system.model.joint(name, "").title
+            shares[title] = max(share, shares.get(title, 0.0))
     return shares
