@@ -38,6 +38,8 @@ FLAPS = {
 }
 """The same of the flaps, by whether they are elastic."""
 CAMERAS = dict.fromkeys(("nose", "strut E breaks"), (0.3, 1.0, 0.5))  # from outboard, into the nose
+HIDDEN = ("springs",)
+"""Bushings and stops, which would stand before the parts that they hold."""
 FIGURES = (
     Diagram(
         title="Fig. 16: flaps and actuators",
@@ -99,7 +101,7 @@ def main(elastic: bool = False, page: str = "high_lift.html", pictures: bool = T
     """Write the page, and the figures beside it as a picture; return the runs."""
     runs = {name: run(case, t_end, elastic) for name, (case, t_end) in CASES.items()}
     labels = LABELS | FLAPS[elastic]
-    fmb.view.report(runs, page, diagrams=FIGURES, pictures=pictures, labels=labels, camera=CAMERAS)
+    fmb.view.report(runs, page, diagrams=FIGURES, pictures=pictures, labels=labels, camera=CAMERAS, hide=HIDDEN)
     fmb.view.draw_diagrams(runs, FIGURES, Path(page).with_suffix(".png"), columns=2)
     return runs
 

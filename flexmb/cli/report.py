@@ -40,6 +40,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--camera", metavar="X,Y,Z", help="direction to look from; default: chosen by extent and motion"
     )
     add_label_argument(parser)
+    parser.add_argument(
+        "--hide",
+        metavar="PART",
+        action="append",
+        default=[],
+        help="left out of the pictures: a body, or joints, springs, supports; repeat for each",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -72,6 +79,7 @@ def execute(arguments: argparse.Namespace) -> int:
         camera=camera,
         labels=labels,
         diagrams=arguments.diagram,
+        hide=arguments.hide,
     )
     print(f"Report: {written}")
     return 0

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexmb.errors import FlexmbError, did_you_mean
+from flexmb.errors import FlexmbError, did_you_mean, listed
 from flexmb.files import complaints, replacing
 from flexmb.io.scene import Scene
 from flexmb.results import recover
@@ -15,7 +15,7 @@ from flexmb.view.graphics import require_graphics
 from flexmb.view.labels import Labels, places, refuse_unknown
 from flexmb.view.stage import Look, Stage
 
-__all__ = ["largest_stress", "overlay", "render", "upwards"]
+__all__ = ["largest_stress", "overlay", "render", "require_hidden", "upwards"]
 
 STILL = (".png", ".jpg")
 MOVING = (".gif", ".mp4")
@@ -120,19 +120,25 @@ def overlay(
 def _hidden(scene: Scene, hide: Sequence[str]) -> tuple[str, ...]:
     """Return the names of what is not drawn; FlexmbError for unknown ones, or if nothing would be left."""
     names = (hide,) if isinstance(hide, str) else tuple(hide)
-    known = [part.name for part in scene.parts]
+    require_hidden([scene], names)
+    return names
+
+
+def require_hidden(scenes: Sequence[Scene], names: tuple[str, ...]) -> None:
+    """FlexmbError for names that none of the scenes draws, or if one of them would be left empty."""
+    each = [[part.name for part in scene.parts] for scene in scenes]
+    known = list(dict.fromkeys(name for own in each for name in own))
     layers = ("joints", "springs", "supports")
     for name in names:
-        if name not in known and name not in layers:
+        if known and name not in known and name not in layers:
             raise FlexmbError(
                 "Picture",
                 found=f"hide names '{name}'",
                 expected=f"a body that is drawn, or one of {', '.join(layers)}",
-                remedy=did_you_mean(name, [*known, *layers]) or f"One of: {', '.join(known)[:200]}",
+                remedy=did_you_mean(name, [*known, *layers]) or f"One of: {listed(name, known)}",
             )
-    if set(known) <= set(names):
+    if any(set(own) <= set(names) for own in each):
         raise FlexmbError("Picture", found="everything is hidden", expected="something to draw", remedy="Hide less")
-    return names
 
 
 def _checked(path: str | Path, endings: tuple[str, ...]) -> Path:

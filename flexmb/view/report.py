@@ -18,7 +18,7 @@ from flexmb.view import report_model, report_results, report_stress, report_trus
 from flexmb.view.curves import COLORS
 from flexmb.view.graphics import require_graphics
 from flexmb.view.labels import Labels, known_labels, places, refuse_unknown
-from flexmb.view.pictures import largest_stress, upwards
+from flexmb.view.pictures import largest_stress, require_hidden, upwards
 from flexmb.view.report_results import Run, event_times
 from flexmb.view.stage import Stage
 
@@ -50,6 +50,7 @@ def report(
     camera=None,
     labels: Labels | None = None,
     diagrams: Sequence[Any] = (),
+    hide: Sequence[str] = (),
 ) -> Path:
     """Write a report and return its path: model, mobility, pictures, curves, loads, energy, modes, solver.
 
@@ -71,6 +72,8 @@ def report(
         Texts in the pictures, as in `render`, of the runs that have the marker or body.
     diagrams : sequence of Diagram or text
         Sensors over others, of all runs on one scale: "flap angle over lever angle". They come before the curves.
+    hide : sequence of str
+        What the pictures leave out, as in `render`: bodies that some run draws, "joints", "springs" or "supports".
 
     Raises
     ------
@@ -87,7 +90,7 @@ def report(
     if isinstance(camera, Mapping):
         _require_runs(camera, list(map(str, given)))
     named = [Run(str(name), solution, COLORS[k % len(COLORS)]) for k, (name, solution) in enumerate(given.items())]
-    text = _page(named, checks or {}, verified or {}, pictures, camera, labels or {}, diagrams)
+    text = _page(named, checks or {}, verified or {}, pictures, camera, labels or {}, diagrams, hide)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8", errors="replace")
@@ -121,6 +124,7 @@ def _page(
     camera,
     labels: Labels,
     diagrams=(),
+    hide: Sequence[str] = (),
 ) -> str:
     described = runs[0].solution.model
     name = described.name if described is not None else runs[0].name
@@ -129,7 +133,7 @@ def _page(
     if several:
         parts.append(report_model.differences(runs))
     if pictures:
-        parts.append(_stills(runs, camera, labels))
+        parts.append(_stills(runs, camera, labels, (hide,) if isinstance(hide, str) else tuple(hide)))
     parts.append(report_results.diagrams(runs, diagrams))
     parts += [report_results.curves(runs), _wide(report_results.extremes(runs)), _wide(report_results.loads(runs))]
     parts += [_wide(report_stress.stresses(runs)), report_results.energy(runs), report_trust.trust(runs, verified)]
@@ -160,10 +164,11 @@ def _summary(runs: list[Run]) -> str:
     return f"<p>{len(runs)} runs: {marked}</p><p class='note'>{counts}; {span} (first run)</p>"
 
 
-def _stills(runs: list[Run], camera, labels: Labels) -> str:
+def _stills(runs: list[Run], camera, labels: Labels, hide: tuple[str, ...]) -> str:
     """Pictures at the start, at events (or half way) and at the end; of several runs their ends."""
     scenes = [(run, Scene(run.solution)) for run in runs if run.solution.model is not None]
-    refuse_unknown([scene for _, scene in scenes], labels)
+    require_hidden([scene for _, scene in scenes], hide)
+    refuse_unknown([scene for _, scene in scenes], labels, hide)
     try:
         require_graphics()
     except FlexmbError as error:
@@ -174,15 +179,15 @@ def _stills(runs: list[Run], camera, labels: Labels) -> str:
     )  # one scale for all
     for run, scene in scenes:
         frames = _chosen(scene, run.solution) if len(runs) == 1 else [len(scene.times) - 1]
-        stage = Stage(scene, PIXELS, most)
+        stage = Stage(scene, PIXELS, most, hide=hide)
         try:
             stage.add_state(frames[0])
             toward = camera.get(run.name) if isinstance(camera, Mapping) else camera
             stage.look_from(toward, upwards(run.solution.model), list(range(len(scene.times))))
-            own = known_labels(scene, labels)
+            own = known_labels(scene, labels, hide)
             for frame in frames:
                 stage.move_to(frame)
-                stage.label(*places(scene, own, frame))
+                stage.label(*places(scene, own, frame, hide))
                 title = f"t = {scene.times[frame]:.4g} s" + (f", {run.name}" if len(runs) > 1 else "")
                 figures.append(report_results.figure(title, _image(stage.picture(), title)))
         finally:

@@ -210,6 +210,8 @@ def test_names_in_a_report_are_refused_before_it_is_drawn(solution, tmp_path, mo
     runs, path = {"first": solution, "second": solution}, tmp_path / "page.html"
     with pytest.raises(FlexmbError, match=r"camera: a direction for 'frist'.*Did you mean 'first'"):
         view.report(runs, path, camera={"frist": (1, 0, 0)})
+    with pytest.raises(FlexmbError, match=r"hide names 'spring'.*Did you mean 'springs'"):
+        view.report(runs, path, hide=("spring",))
     with pytest.raises(FlexmbError, match=r"label 'wall': the body 'ground' is not drawn.*Write 'ground\."):
         view.report(runs, path, labels={"wall": "ground"})
     assert not path.exists()
