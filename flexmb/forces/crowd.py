@@ -13,6 +13,7 @@ import numpy as np
 
 from flexmb.forces.relative import add_relative_tangent
 from flexmb.forces.surface_pair import press_surfaces
+from flexmb.math.impact_steps import LONGEST, SHORTEST, slow_speed, strikes, struck
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.switches import COLUMNS, IDLE
 from flexmb.math.tables import PAIR
@@ -25,6 +26,8 @@ from flexmb.surfaces.records import CONTACT, FAR, REACH
 __all__ = ["CROWD_STRIDE", "gaps_in_crowd", "keep_poses", "press_crowd", "sweep_crowd"]
 
 CROWD_STRIDE = 5
+FELT = 2e-3
+"""Share of the speed of an impact by which the step in which it begins may change it."""
 
 
 @inner_kernel
@@ -141,14 +144,31 @@ def _rate(pose, contact):
     return rate
 
 
+@inner_kernel
+def _followed(g0, g1, before, after, h, limits):
+    """Return how much longer or shorter a step may be for an impact, and if it is to end where the contact begins."""
+    floor, share = limits[0].floor, limits[0].impact
+    short = 2.0 * max(abs(before), abs(after)) * h <= floor
+    if not strikes(abs(before), after, short, floor, limits[0].duration):
+        return LONGEST, False
+    slow, depth = slow_speed(limits, floor, h), max(-g0, -g1)
+    fits = struck(before, after, depth, h, share, slow)
+    if not g0 > 0.0 > g1:
+        return fits, False
+    if limits[0].unfelt == 1.0:
+        return fits, not short
+    return fits, fits >= 1.0 and struck(before, after, depth, h, min(share, FELT), slow) < 1.0
+
+
 @kernel
-def sweep_crowd(row, data, now, then, h, floor, part):
+def sweep_crowd(row, data, now, then, h, adaptive, limits, part):
     """Lower part[0] to where in a step two surfaces first touch that are apart at both of its ends, see `part_within`
-    for the others.
+    for the others; where steps are `adaptive` those that strike are followed, as gaps of two surfaces are.
 
     Between the ends a marker goes on a cubic, within the hull of four points: the ball around it is that of the way.
     """
-    n = row.count
+    n, floor = row.count, limits[0].floor
+    follows = adaptive and np.isfinite(limits[0].impact)
     places, reach = np.empty((n, 3)), np.empty(n)
     for k in range(n):
         a, b = now[k], then[k]
@@ -172,11 +192,21 @@ def sweep_crowd(row, data, now, then, h, floor, part):
         at_b = int(data[row.pairs + CROWD_STRIDE * j + 1])
         _relative(now[i], now[j], begin)
         _relative(then[i], then[j], end)
-        apart, rate = _gap(sampled, data, at_a, at_b, begin, Q, contacts) > 0.0, _rate(begin, contacts[0])
-        if apart and _gap(sampled, data, at_a, at_b, end, Q, contacts) > 0.0:
+        g0, before = _gap(sampled, data, at_a, at_b, begin, Q, contacts), _rate(begin, contacts[0])
+        g1, after = _gap(sampled, data, at_a, at_b, end, Q, contacts), _rate(end, contacts[0])
+        if g0 > 0.0 and g1 > 0.0:
             free = first_touch(data, sampled == 1, at_a, at_b, begin, end, h, floor, contacts)
+            # the way between does not know what turned the motion: one end leads through the other surface then
+            if follows and free >= 1.0 and (g0 + h * before < 0.0 or g1 - h * after < 0.0):
+                part[0] = min(part[0], _followed(g0, g1, before, after, h, limits)[0])
         else:
-            free = part_within(data, sampled == 1, at_a, at_b, begin, end, rate, h, floor, contacts)
+            free = part_within(data, sampled == 1, at_a, at_b, begin, end, before, h, floor, contacts)
+            if follows and free >= 1.0:
+                fits, begins = _followed(g0, g1, before, after, h, limits)
+                part[0] = min(part[0], fits)
+                if begins:
+                    free = first_touch(data, sampled == 1, at_a, at_b, begin, end, h, floor, contacts)
+                    free = max(SHORTEST, min(0.9, free))
         if free < 1.0:
             part[0] = min(part[0], free)
 

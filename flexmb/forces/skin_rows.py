@@ -180,7 +180,7 @@ def switch(raw, data, state, work, out):
 
 
 @sweep_kernel
-def sweep(raw, data, now, then, h, floor, part):
+def sweep(raw, data, now, then, h, adaptive, limits, part):
     """Points that pass through the other skin within a step; where nothing touches at its ends, those that dip too."""
     rows = raw.view(ROW)
     first = 0
@@ -188,7 +188,7 @@ def sweep(raw, data, now, then, h, floor, part):
         row = rows[m]
         a, b, last = now[first], then[first], first + row.switches
         dips = (a[0] != GAP or a[1] > 0.0) and (b[0] != GAP or b[1] > 0.0)
-        sweep_skins(row, data, now[first + 2 : last], then[first + 2 : last], h, floor, dips, part)
+        sweep_skins(row, data, now[first + 2 : last], then[first + 2 : last], h, limits[0].floor, dips, part)
         first = last
 
 

@@ -19,7 +19,6 @@ from flexmb.model.spots import Spots
 from flexmb.model.table import Table
 from flexmb.surfaces.advancement import POSE
 from flexmb.surfaces.neighbours import near_among
-from flexmb.surfaces.patch import Patch
 from flexmb.surfaces.records import REACH
 from flexmb.surfaces.skin_surface import pieces_of
 
@@ -190,10 +189,9 @@ class SurfaceContact(Force):
         table, capacity = [], 1
         for pair in self.pairs(compiler.model):
             (a, at_a), (b, at_b) = (compiler.surface(surface) for surface in pair)
-            weight = 0.0 if any(isinstance(surface.shape, Patch) for surface in pair) else 1.0
             most = sum(len(s.points[0]) for s in pair) if self.law.sampled else 1
             capacity = max(capacity, most + 1)
-            table.append([a, b, compiler.pair(a, b, alone=True), at_a, at_b, most, weight, 0])
+            table.append([a, b, compiler.pair(a, b, alone=True), at_a, at_b, most, 0, 0])
         at = compiler.bulk(np.array(table, float))
         numbers = self.law.numbers()
         own = {"pairs": at, "count": len(table), "crowd": 0, "switches": 2 * len(table), "capacity": capacity}

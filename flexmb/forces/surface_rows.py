@@ -40,7 +40,7 @@ ROW = np.dtype(
 )
 PAIR_STRIDE = 8
 """Marker of a and of b, number of the pair in the matrix, place of surface a and of b in the bulk data, most contacts,
-weight of the gap among the switches (0: one of many points), 0."""
+0, 0."""
 
 
 @inner_kernel
@@ -143,7 +143,7 @@ def switch(raw, data, state, work, out):
             for i in range(3):
                 u[i] += motion[3 + i]
             rate = dot(nearest.n, u)
-            gap[0], gap[1], gap[4], gap[9] = GAP, nearest.gap, rate, data[at + 6]
+            gap[0], gap[1], gap[4], gap[9] = GAP, nearest.gap, rate, 1.0
             gap[10:19] = motion
             for i in range(9):
                 gap[19 + i] = Q[i // 3, i % 3]
@@ -155,10 +155,11 @@ def switch(raw, data, state, work, out):
 
 
 @sweep_kernel
-def sweep(raw, data, now, then, h, floor, part):
+def sweep(raw, data, now, then, h, adaptive, limits, part):
     """Contacts that begin and end within a step, or lead far through the thinner surface."""
     rows = raw.view(ROW)
     contacts = np.empty(2, CONTACT)
+    floor = limits[0].floor
     first = 0
     for m in range(rows.shape[0]):
         row = rows[m]
@@ -166,7 +167,7 @@ def sweep(raw, data, now, then, h, floor, part):
             continue
         if row.crowd == 1:
             last = first + row.switches
-            sweep_crowd(row, data, now[first:last], then[first:last], h, floor, part)
+            sweep_crowd(row, data, now[first:last], then[first:last], h, adaptive, limits, part)
             first = last
             continue
         for k in range(row.count):

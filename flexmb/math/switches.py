@@ -22,8 +22,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.structures import array_type
-from flexmb.math.tables import BYTES, FLOATS, NUMBER, STATE, WORK, caller, pointer_kernel, void
+from flexmb.math.structures import Record, array_type
+from flexmb.math.tables import BYTES, CHOICE, FLOATS, NUMBER, STATE, WORK, caller, pointer_kernel, void
 
 __all__ = [
     "COLUMNS",
@@ -42,6 +42,7 @@ __all__ = [
     "TURN_GAP",
     "UNITLESS",
     "UNKNOWN",
+    "SwitchLimits",
     "call_sweep",
     "call_switches",
     "sweep_kernel",
@@ -68,17 +69,45 @@ def switch_kernel(function):
     return pointer_kernel(SWITCHES)(function)
 
 
+class SwitchLimits(Record):
+    """What a step may pass over."""
+
+    floor: float
+    """m, displacement that does not matter"""
+    share: float
+    """the same relative to the length of the model, of angles in rad, and of what a formula changes by in a step"""
+    impact: float
+    """share of the speed of an impact by which a step may change it; infinite: any"""
+    slip: float
+    """share of a slip by which a step may change it; infinite: any"""
+    duration: float
+    """s, of the run: speeds of an impact at which nothing moves by more than `floor` in that time do not matter"""
+    blur: float
+    """1: steps across a jump are not shorter than a displacement that does not matter; 0: as short as can be"""
+    rounding: float
+    """m, of positions of which speeds are differences (of angles: relative to the length of the model, as `share`);
+    0: speeds are integrated by themselves"""
+    unfelt: float
+    """1: a force that begins within a step is not felt in it; 0: it is at the end of the step"""
+    closed: int
+    """1: something touched in the last step"""
+    turned: int
+    """number of the turn, from 1, that has passed half a turn; 0: none"""
+
+
 SWEEPS = void(
     array_type(BYTES),
     array_type(FLOATS),
     array_type(np.dtype(float), 2),
     array_type(np.dtype(float), 2),
     NUMBER,
-    NUMBER,
+    CHOICE,
+    array_type(SwitchLimits.dtype),
     array_type(FLOATS),
 )
-"""(rows, data, now, then, h, floor, part): lower part[0] to where in a step of h, s, a contact begins that is open at
-both of its ends, as far as it is deeper than the floor, m."""
+"""(rows, data, now, then, h, adaptive, limits, part): lower part[0] to where in a step of h, s, a contact begins that
+is open at both of its ends, as far as it is deeper than `limits[0].floor`, m. Kinds that write no gaps follow their
+impacts here too, if steps are `adaptive`."""
 
 call_sweep = caller(SWEEPS)
 """Call the kernel at an address that looks for contacts within a step."""

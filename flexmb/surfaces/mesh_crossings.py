@@ -1,6 +1,7 @@
 """Closed meshes that pass through themselves, and shells within shells: where their distances have a wrong sign.
 
-Two triangles cross if an edge of one passes through the other from side to side. Triangles with a common edge meet in
+Two triangles cross if an edge of one passes through the other from side to side, or through its rim, as where solids
+stand on each other. Triangles with a common edge meet in
 it and nowhere else; of those with a common corner only the edges opposite to it are looked at. Boxes in a tree leave
 few pairs. Source: Ericson, Real-Time Collision Detection, sections 5.2.10 (triangle against triangle) and 5.3.4 (line
 against triangle); Jacobson, Kavan & Sorkine-Hornung, ACM Trans. Graph. 32 (2013) 33 (winding numbers).
@@ -21,6 +22,9 @@ MOST_SHELLS = 200
 """Of a mesh whose shells are looked at one by one."""
 ROUNDING = 1e-12
 """Distance from a plane, relative to the size of the mesh, on neither of whose sides a corner lies."""
+INSIDE = 1e-3
+"""How far inside its shell a point lies, in volumes per area: further than places are rounded, behind a wall that is
+not much thinner elsewhere."""
 
 
 @inner_kernel
@@ -113,9 +117,10 @@ class Shells:
     volumes : (n,), m3
         Below zero where the triangles go round the inward normal, as those of a cavity do.
     around : (n,)
-        How many of the others go around a point of each: the sum of their signs.
+        How many of the others go around a point just inside each: the sum of their signs. One that stands on another
+        does not lie within it.
     places : (n, 3), m
-        That point.
+        A point of each.
     """
 
     def __init__(self, volumes: np.ndarray, around: np.ndarray, places: np.ndarray):
@@ -143,11 +148,16 @@ def shells_of(vertices: np.ndarray, triangles: np.ndarray) -> Shells:
     own = of_vertex[triangles[:, 0]]
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     volumes = np.bincount(own, weights=np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, minlength=count)
-    places, around = vertices[triangles[np.unique(own, return_index=True)[1], 0]], np.where(volumes < 0.0, 1, 0)
+    normals = 0.5 * np.cross(b - a, c - a)
+    areas = np.linalg.norm(normals, axis=1)
+    order = np.lexsort((-areas, own))
+    widest = order[np.searchsorted(own[order], np.arange(count))]  # the largest triangle of each
+    deep = INSIDE * volumes / np.bincount(own, weights=areas, minlength=count) / areas[widest]
+    places, around = (a + b + c)[widest] / 3.0, np.where(volumes < 0.0, 1, 0)
     if 1 < count <= MOST_SHELLS:
-        for k in range(count):
+        for k, z in enumerate(places - deep[:, None] * normals[widest]):
             others = own != k
-            around[k] = round(_winding(places[k], a[others], b[others], c[others]))
+            around[k] = round(_winding(z, a[others], b[others], c[others]))
     elif count == 1:
         around[:] = 0
     return Shells(volumes, around, places)

@@ -141,12 +141,12 @@ class TriangleMesh(Meshed):
 
     @cached_property
     def doubt(self) -> str:  # type: ignore[override]
-        """Where the mesh passes through itself, or has a solid within a solid: distances have a wrong sign there."""
+        """Where the mesh passes through or touches itself, or has a solid within one: distances have a wrong sign."""
         count, place = crossings(*self._mesh)
         near = "near there points of the solid may count as outside, and the other way round. Join its parts into one"
         if count:
             return (
-                f"its mesh passes through itself: {count} pair(s) of triangles cross, one near "
+                f"its mesh passes through or touches itself: {count} pair(s) of triangles meet, one near "
                 f"{np.round(place, 9).tolist()} m; {near}"
             )
         shells = shells_of(*self._mesh)

@@ -6,7 +6,7 @@ from surfaces.bodies_of_triangles import ball, box
 
 import flexmb as fmb
 from flexmb.integrate.oversights import oversights
-from flexmb.surfaces.mesh_crossings import crossings
+from flexmb.surfaces.mesh_crossings import crossings, shells_of
 
 
 def together(*meshes):
@@ -26,18 +26,33 @@ CUBE = box((1, 1, 1))
 @pytest.mark.parametrize(
     ("meshes", "said"),
     [
-        ((CUBE, moved(CUBE, 0.5)), "passes through itself: 18 pair"),
-        ((box((3, 1, 1)), box((1, 3, 0.8))), "passes through itself"),
+        ((CUBE, moved(CUBE, 0.5)), "passes through or touches itself: 18 pair"),
+        ((box((3, 1, 1)), box((1, 3, 0.8))), "passes through or touches itself"),
         ((CUBE, moved(CUBE, 0.0, 0.5)), "1 of the 2 closed shells of its mesh lie within another"),
         ((CUBE, moved(CUBE, 1.5)), ""),
         ((CUBE, (0.5 * CUBE[0], CUBE[1][:, ::-1])), ""),
+        ((CUBE, moved(CUBE, (0.13, 0.21, 1.0))), "passes through or touches itself"),
     ],
-    ids=("crossing", "bars", "solid in solid", "apart", "cavity"),
+    ids=("crossing", "bars", "solid in solid", "apart", "cavity", "on it"),
 )
 def test_what_distances_of_a_mesh_cannot_tell(meshes, said):
     doubt = fmb.TriangleMesh(*together(*meshes)).doubt
     assert said in doubt
     assert bool(said) == bool(doubt)
+
+
+@pytest.mark.parametrize(
+    ("shift", "size", "doubled"),
+    [
+        ((0.13, 0.21, 1.0), 1.0, 0),
+        ((0.13, 0.21, 0.75), 0.5, 0),
+        ((0.03, 0.07, 0.25), 0.5, 1),
+        ((0.1, 0.1, 0.1), 0.5, 1),
+    ],
+    ids=("beside", "small beside", "within, at a face", "within"),
+)
+def test_what_stands_on_a_solid_is_not_within_it(shift, size, doubled):
+    assert len(shells_of(*together(CUBE, moved(CUBE, shift, size))).doubled) == doubled
 
 
 def test_a_shell_turned_inside_out_is_refused():
@@ -53,7 +68,7 @@ def test_checks_say_it():
         bodies=[fmb.Ground(), fmb.RigidBody("b", mass=1.0, inertia=(1, 1, 1))],
         surfaces=[fmb.Surface("s", marker="b.center", shape=mesh)],
     )
-    assert any("Surface 's'" in text and "passes through itself" in text for text in oversights(model))
+    assert any("Surface 's'" in text and "passes through or touches itself" in text for text in oversights(model))
 
 
 def ball_on_floor(surfaces, forces):

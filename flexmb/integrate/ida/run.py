@@ -130,7 +130,7 @@ class Run:
         work.weights[0].wanted = 0
         evaluate(system.program, state, work)
         self.switching = new_switching(system, state, work, PassedOver(floor=settings.rtol * system.lengths.whole))
-        self.meeting = bool(np.any(np.isin(self.switching.now[:, 0], (GAP, TURN_GAP, DISTANCE, CROSSING, KINK, PIECE))))
+        self.meeting = self._touching() or bool(np.any(np.isin(self.switching.now[:, 0], (CROSSING, KINK, PIECE))))
         self.landing: float | None = None
         self.before = {"residuals": 0, "factorisations": 0}
         self.drives = WorkOfDrives(system, state, work)
@@ -225,10 +225,14 @@ class Run:
             **options,
         )
 
+    def _touching(self) -> bool:
+        """May something touch? A crowd has no gaps of its own, but follows its surfaces through the steps."""
+        gaps = np.isin(self.switching.now[:, 0], (GAP, TURN_GAP, DISTANCE))
+        return bool(np.any(gaps) or np.any(self.switching.kinds[:, 4]))
+
     def _closeness(self) -> float:
         """Return the share of `rtol` that counts."""
-        touches = np.any(np.isin(self.switching.now[:, 0], (GAP, TURN_GAP, DISTANCE)))
-        return _closeness(self.system) * (TOUCHING if touches else 1.0)
+        return _closeness(self.system) * (TOUCHING if self._touching() else 1.0)
 
     def _given(self, y, yp) -> None:
         """Copy what the solver gives: its arrays have a type of their own at each call, which takes long to look at."""

@@ -88,7 +88,7 @@ class Stepper:
         self.goal, self.span, self.most = state.t, 0.0, settings.step
         self._clear_wrenches(self.q)
         self._place(self.t, self.q, self.u)
-        over = PassedOver(floor=FLOOR * system.lengths.whole, impact=IMPACT, blur=1.0, duration=duration)
+        over = PassedOver(floor=FLOOR * system.lengths.whole, impact=IMPACT, blur=1.0, duration=duration, unfelt=1.0)
         self.switching = new_switching(system, self._present(), work, over)
         self.switches = len(self.switching.now) > 0
         if self.touching.forces:  # what goes on may stand within a rebound

@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.runs.gaps_in_steps import first_change
+from flexmb.math.impact_steps import LONGEST
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.switches import CROSSING, FORMULA, KINK, OF_LENGTHS, PIECE, PIECE_BEGIN, PIECE_END, UNITLESS, UNKNOWN
 
-__all__ = ["LONGEST", "crossed", "formula_changed", "left_piece"]
+__all__ = ["crossed", "formula_changed", "left_piece"]
 
 LATEST = 0.999
 """Part of a step from which on a crossing lies in the next one."""
-LONGEST = 4.0
-"""The largest growth of a step."""
 
 
 @inner_kernel

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.integrate.runs.formula_kinks import LONGEST, crossed, left_piece
+from flexmb.integrate.runs.formula_kinks import crossed, left_piece
 from flexmb.integrate.runs.gaps_in_steps import first_change, gap_at, rate_of_gap
 from flexmb.integrate.runs.switching import Switching, read_switches
+from flexmb.math.impact_steps import AT_BEGIN, LONGEST, SHORTEST, fitting, slow_speed, strikes, struck
 from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
@@ -24,21 +25,6 @@ __all__ = ["allowed", "part_of_step"]
 PAST, NEAR_END = 2.0, 4.0
 """Steps are shortened to so many displacements that do not matter past the begin of a contact; what begins within so
 many before the end of a step began at its end."""
-SHORTEST = 0.1
-"""Least part of a step that is tried again where it changed a speed too much."""
-AT_BEGIN = 0.02
-"""Share of the speed of an impact by which the step in which it begins may change it: its stages lie before and behind
-the kink."""
-STRIKING = 30.0
-"""Times the speed that moves nothing that matters in the whole run: an impact, no body that is pressed from rest."""
-
-
-@inner_kernel
-def _fitting(most, change):
-    """Return the factor of a step for a change to be below the largest one; 1.0 at least if it is already."""
-    if change <= most:
-        return min(LONGEST, max(1.0, 0.9 * most / change)) if change > 0.0 else LONGEST
-    return max(SHORTEST, 0.8 * most / change)
 
 
 @inner_kernel
@@ -51,20 +37,7 @@ def _slipped(a, b, share):
         change += (b[i] - a[i]) ** 2
     most = share * max(before, after) ** 0.5 + 2.0 * max(a[8], b[8])
     change = change**0.5
-    return _fitting(most, change)
-
-
-@inner_kernel
-def _struck(a, b, h, g0, g1, share, slow):
-    """Return how much longer or shorter a step may be for the speed of an impact to change by a share of it, or by
-    what is `slow` for the whole run.
-
-    The speed of an impact is that at which it began: sqrt(v^2 + p |v'|) with the penetration p, if it is elastic.
-    """
-    before, after = rate_of_gap(a), rate_of_gap(b)
-    change, depth = abs(after - before), max(0.0, -g0, -g1)
-    speed = (max(before**2, after**2) + depth * change / h) ** 0.5
-    return _fitting(max(share * speed, slow), change)
+    return fitting(most, change)
 
 
 @inner_kernel
@@ -80,7 +53,7 @@ def _touched(a, b, h, g0, g1, speed):
 
 
 @inner_kernel
-def _swept(program, sw, h, floor):
+def _swept(program, sw, h, adaptive):
     """Return the part of a step that may be taken by the kinds that follow their surfaces through it."""
     part = np.empty(1)
     part[0] = LONGEST
@@ -89,7 +62,8 @@ def _swept(program, sw, h, floor):
         last = first + sw.kinds[k, 3]
         if sw.kinds[k, 4] != 0:
             rows = program.raw[sw.kinds[k, 1] : sw.kinds[k, 2]]
-            call_sweep(sw.kinds[k, 4], rows, program.bulk, sw.now[first:last], sw.then[first:last], h, floor, part)
+            now, then = sw.now[first:last], sw.then[first:last]
+            call_sweep(sw.kinds[k, 4], rows, program.bulk, now, then, h, adaptive, sw.limits, part)
         first = last
     return part[0]
 
@@ -100,7 +74,7 @@ def allowed(program, sw, h, adaptive):
 
     A step of fixed size is shortened only where a contact would begin and end in it unseen.
     """
-    least = _swept(program, sw, h, sw.limits[0].floor)
+    least = _swept(program, sw, h, adaptive)
     for n in range(len(sw.now)):
         a, b = sw.now[n], sw.then[n]
         if a[0] < 0.0 or b[0] < 0.0 or a[0] == TURN:
@@ -136,16 +110,12 @@ def allowed(program, sw, h, adaptive):
             if part < 1.0 - NEAR_END * near:
                 least = min(least, part + PAST * near)
                 continue
-        # pressed from rest nothing strikes: the speed comes of the step itself, in however short a step
-        slow, before = floor / sw.limits[0].duration, abs(rate_of_gap(a))
-        strikes = not short or before > STRIKING * slow or 4.0 * before >= abs(rate_of_gap(b) - rate_of_gap(a))
-        if follows and strikes and (g0 < 0.0 or g1 < 0.0 or _touched(a, b, h, g0, g1, speed)):
-            share = sw.limits[0].impact
-            # a speed that is a difference of positions has their rounding over the step: a shorter one would have more
-            if sw.limits[0].rounding > 0.0:
-                slow = max(slow, sw.limits[0].rounding * floor / (sw.limits[0].floor * h))
-            fits = _struck(a, b, h, g0, g1, share, slow)
-            if g0 > 0.0 > g1 and fits >= 1.0 and _struck(a, b, h, g0, g1, min(share, AT_BEGIN), slow) < 1.0:
+        before, after = rate_of_gap(a), rate_of_gap(b)
+        impact = follows and strikes(abs(before), after, short, floor, sw.limits[0].duration)
+        if impact and (g0 < 0.0 or g1 < 0.0 or _touched(a, b, h, g0, g1, speed)):
+            share, slow, depth = sw.limits[0].impact, slow_speed(sw.limits, floor, h), max(-g0, -g1)
+            fits = struck(before, after, depth, h, share, slow)
+            if g0 > 0.0 > g1 and fits >= 1.0 and struck(before, after, depth, h, min(share, AT_BEGIN), slow) < 1.0:
                 fits = max(SHORTEST, min(0.9, first_change(a, b, h, 0.0)))
             least = min(least, fits)
     return least

@@ -8,34 +8,10 @@ import numpy as np
 
 from flexmb.integrate.runs.spells import Spell
 from flexmb.math.kernel import kernel
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Record, structure
-from flexmb.math.switches import COLUMNS, FORMULA, KINK, PIECE, call_switches
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, structure
+from flexmb.math.switches import COLUMNS, FORMULA, KINK, PIECE, SwitchLimits, call_switches
 
-__all__ = ["PassedOver", "SwitchLimits", "Switching", "new_switching", "read_switches"]
-
-
-class SwitchLimits(Record):
-    """What a step may pass over."""
-
-    floor: float
-    """m, displacement that does not matter"""
-    share: float
-    """the same relative to the length of the model, of angles in rad, and of what a formula changes by in a step"""
-    impact: float
-    """share of the speed of an impact by which a step may change it; infinite: any"""
-    slip: float
-    """share of a slip by which a step may change it; infinite: any"""
-    duration: float
-    """s, of the run: speeds of an impact at which nothing moves by more than `floor` in that time do not matter"""
-    blur: float
-    """1: steps across a jump are not shorter than a displacement that does not matter; 0: as short as can be"""
-    rounding: float
-    """m, of positions of which speeds are differences (of angles: relative to the length of the model, as `share`);
-    0: speeds are integrated by themselves"""
-    closed: int
-    """1: something touched in the last step"""
-    turned: int
-    """number of the turn, from 1, that has passed half a turn; 0: none"""
+__all__ = ["PassedOver", "Switching", "new_switching", "read_switches"]
 
 
 class PassedOver(NamedTuple):
@@ -47,6 +23,7 @@ class PassedOver(NamedTuple):
     blur: float = 0.0
     duration: float = np.inf
     rounding: float = 0.0
+    unfelt: float = 0.0
 
 
 @structure
