@@ -28,11 +28,16 @@ def execute(arguments: argparse.Namespace) -> int:
     from flexmb import io
 
     target = io.plant_path(arguments.out or f"{Path(arguments.model).stem}_plant.mat")
-    found = plant(arguments)
+    found = every = plant(arguments)
+    if arguments.output is None:  # those that are named are refused
+        found = every.with_proper_outputs()
     print(f"{len(found.A)} states")
     print(f"  inputs: {', '.join(found.inputs)}")
     for name, unit, share in zip(found.outputs, found.units, found.accuracy, strict=True):
         print(f"  output: {name} [{unit}], slopes accurate to {share:.1e}")
+    improper = [name for name in every.outputs if name not in found.outputs]
+    if improper:
+        print(f"  left out, as they follow the rates of an input, which no state space can say: {', '.join(improper)}")
     for pole in sorted(found.poles, key=lambda s: (abs(s.imag), s.real)):
         if pole.imag >= 0.0:
             print(f"  pole: {_written(pole)} 1/s")

@@ -273,3 +273,41 @@ def test_pictures_of_modes(oscillator, capsys):
     assert "mode 1: 2.24" in capsys.readouterr().out
     picture = imread(oscillator / "drawn" / "mode_1.png")[..., :3]
     assert (np.abs(picture - picture[0, 0]).max(axis=2) > 0.1).mean() > 1e-3
+
+
+def test_outputs_that_follow_rates_are_left_out_unless_they_are_named(oscillator, capsys):
+    """A driven mass needs the force m s'': no state space has it; the ball on its spring does not move with it."""
+    rail = """
+[[body]]
+kind = "PointMass"
+name = "cart"
+mass = 1.0
+
+[[joint]]
+kind = "Prismatic"
+name = "rail"
+markers = ["ground.above", "cart.center"]
+
+[[joint]]
+kind = "Drive"
+name = "shaker"
+joint = "rail"
+displacement = 1.0
+
+[[sensor]]
+kind = "Reaction"
+name = "needed"
+joint = "shaker"
+"""
+    (oscillator / "driven.toml").write_text(OSCILLATOR + rail)
+    command = ["linearize", "driven.toml", "--statics", "--input", "shaker"]
+    assert main([*command, "--output", "needed fz", "-o", "named.mat"]) == 2
+    assert "output 'needed fz' follows the rates of the input" in capsys.readouterr().err
+    assert not (oscillator / "named.mat").exists()
+    assert main([*command, "-o", "plant.mat"]) == 0
+    told = capsys.readouterr().out
+    assert "left out, as they follow the rates of an input, which no state space can say: needed fz\n" in told
+    outputs = [str(name[0][0]) for name in scipy.io.loadmat(oscillator / "plant.mat")["outputs"]]
+    assert "place z" in outputs
+    assert "needed fx" in outputs  # zero
+    assert "needed fz" not in outputs

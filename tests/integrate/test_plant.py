@@ -168,6 +168,12 @@ def test_outputs_that_follow_the_rates_of_a_drive():
     assert not plant.proper
     with pytest.raises(ModelError, match=r"'shaker fz' follows the rates of the input 'profile.displacement'"):
         plant.to_scipy()
+    with pytest.raises(ModelError, match="follows the rates"):
+        plant.with_proper_outputs()
+    every = fmb.linearize(quarter_car(), inputs="profile", outputs=["shaker fz", "body z", "road speed vz"])
+    kept = every.with_proper_outputs()
+    assert (kept.outputs, kept.units) == (("body z",), ("m",))
+    np.testing.assert_array_equal(kept.frequency_response(f), every.frequency_response(f)[:, 1:2])
 
 
 @pytest.mark.parametrize("angle", [0.0, np.pi])

@@ -15,7 +15,7 @@ displacement. Source: Kailath, Linear Systems, 1980, sec. 2.1 (realisations of e
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -148,6 +148,15 @@ class Plant:
                 expected="outputs that follow the inputs themselves",
                 remedy="Leave this output or input out; frequency_response() and D1, D2 know the rates",
             )
+
+    def with_proper_outputs(self) -> Plant:
+        """Return the plant of the outputs that follow no rates of an input; ModelError if there is none."""
+        kept = np.flatnonzero(~np.any((self.D1 != 0.0) | (self.D2 != 0.0), axis=1))
+        if not len(kept):
+            self.require_proper()
+        rows = {name: getattr(self, name)[kept] for name in ("C", "D", "D1", "D2", "accuracy")}
+        names = {name: tuple(getattr(self, name)[k] for k in kept) for name in ("outputs", "units")}
+        return replace(self, **rows, **names)
 
 
 def _signal_name(name: str) -> str:
