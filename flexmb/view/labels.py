@@ -19,6 +19,8 @@ LAYERS = ("joints", "springs", "supports", "contact")
 """What is drawn and is no body."""
 WIDTH, HEIGHT = 0.56, 1.3
 """Of a letter, and of a line, over the size of the font."""
+LINE = 1.6
+"""From one text to the next above it, with their frames, over the size of the font."""
 
 
 def places(
@@ -61,25 +63,42 @@ def refuse_unknown(scenes: Sequence[Scene], labels: Labels | None, hide: tuple[s
             _refuse(scenes[0], text, at, hide)
 
 
-def without_overlap(texts: Sequence[str], seen: np.ndarray, font: float, given: int = 0) -> list[str]:
-    """Return the texts that can be written without covering one another, earlier ones first.
+def without_overlap(
+    texts: Sequence[str], seen: np.ndarray, font: float, picture: tuple[int, int], given: int = 0
+) -> dict[str, np.ndarray]:
+    """Return where texts (2,), pixels, are written without covering one another, earlier ones first.
 
     Parameters
     ----------
     texts : sequence of str
     seen : (n, 2), pixels
-        Where they begin in the picture.
+        What they name in the picture: they begin there if there is room.
     font : float, pixels
         Size of the letters.
+    picture : (int, int), pixels
+        Width and height.
     given : int
-        So many of the first ones are kept in any case.
+        So many of the first ones are moved into the picture, and up or down to the nearest room; later ones without
+        room are left out.
     """
-    kept: list[tuple[str, np.ndarray, np.ndarray]] = []
+    kept: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for number, (text, at) in enumerate(zip(texts, seen, strict=True)):
         size = font * np.array([WIDTH * len(text) + 1.0, HEIGHT])
-        if number < given or all(np.any((at >= other + extent) | (other >= at + size)) for _, other, extent in kept):
-            kept.append((text, at, size))
-    return [text for text, _, _ in kept]
+        places = [np.asarray(at)]
+        if number < given:
+            inside = np.clip(at, 0.0, np.maximum(np.array(picture) - size, 0.0))
+            moved = [inside + [0.0, lines * LINE * font] for lines in _from_zero(3 * len(texts))]
+            places = sorted(moved, key=lambda place: not 0.0 <= place[1] <= picture[1] - size[1])  # inside first
+        for place in places:
+            if all(np.any((place >= other + extent) | (other >= place + size)) for other, extent in kept.values()):
+                kept[text] = place, size
+                break
+    return {text: place for text, (place, _) in kept.items()}
+
+
+def _from_zero(most: int) -> list[int]:
+    """Return 0, 1, -1, 2, -2, ... most, -most."""
+    return sorted(range(-most, most + 1), key=lambda number: (abs(number), -number))
 
 
 def _pairs(labels: Labels | None) -> list[tuple[str, str]]:

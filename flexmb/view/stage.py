@@ -122,37 +122,56 @@ class Stage:
     def label(self, places: Mapping[str, np.ndarray], given: int = 0) -> None:
         """Write texts at places (3,), m, in W, in front of everything, instead of those written before.
 
-        After the first `given` ones a text that would cover one before it is left out; the picture says how many are.
+        The first `given` ones are moved where they would cover another, with a line to their place; of the others those
+        without room are left out, and the picture says how many.
         """
         if not places:
             return
         font = max(10, self.plotter.window_size[1] // (36 if len(places) <= FEW else 64))
-        points = np.array(list(places.values()), float)
-        kept = without_overlap(list(places), self._seen(points), font, given)
-        self.plotter.add_point_labels(
-            np.array([places[text] for text in kept], float),
-            kept,
+        seen = dict(zip(places, self._seen(np.array(list(places.values()), float)), strict=True))
+        kept = without_overlap(list(places), np.array(list(seen.values())), font, self.plotter.window_size, given)
+        named = np.array([places[text] for text in kept], float)
+        written = self._behind(np.array([kept[text] - seen[text] for text in kept]), named)
+        actor = self.plotter.add_point_labels(
+            written,
+            list(kept),
             font_size=font,
             shape_color="white",
             shape_opacity=0.75,
-            text_color="black",
-            show_points=True,
-            point_size=9,
-            point_color="#26303a",
+            text_color=COLORS["contact"],
+            show_points=False,
             always_visible=True,
             name="labels",
         )
+        actor.GetMapper().SetPlaceAllLabels(True)  # else VTK leaves out what it finds too close
+        self.plotter.add_points(named, color=COLORS["contact"], point_size=9, name="places of labels")
+        moved = np.flatnonzero(np.any(written != named, axis=1))
+        self.plotter.remove_actor("lines of labels")
+        if len(moved):
+            ends = np.stack([named[moved], written[moved]], axis=1).reshape(-1, 3)
+            self.plotter.add_lines(ends, color=COLORS["contact"], width=1, name="lines of labels")
         left_out = len(places) - len(kept)
         note = f"names without room: {left_out}" if left_out else ""
-        self.plotter.add_text(note, position="lower_left", font_size=8, color="#26303a", name="left out")
+        self.plotter.add_text(note, position="lower_left", font_size=8, color=COLORS["contact"], name="left out")
 
     def _seen(self, points: np.ndarray) -> np.ndarray:
         """Return where points (n, 3), m, in W are in the picture (n, 2), pixels."""
-        size = np.array(self.plotter.window_size, float)
-        matrix = self.plotter.camera.GetCompositeProjectionTransformMatrix(size[0] / size[1], -1, 1)
-        rows = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
-        seen = np.column_stack([points, np.ones(len(points))]) @ rows.T
-        return 0.5 * (seen[:, :2] / seen[:, 3:] + 1.0) * size
+        clipped = np.column_stack([points, np.ones(len(points))]) @ self._projection().T
+        return 0.5 * (clipped[:, :2] / clipped[:, 3:] + 1.0) * np.array(self.plotter.window_size, float)
+
+    def _behind(self, moves: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the points (n, 3), m, in W of the same depth that are seen `moves` (n, 2), pixels, away."""
+        matrix = self._projection()
+        clipped = np.column_stack([points, np.ones(len(points))]) @ matrix.T
+        clipped[:, :2] += 2.0 * moves / np.array(self.plotter.window_size, float) * clipped[:, 3:]
+        found = clipped @ np.linalg.inv(matrix).T
+        return np.where(np.any(moves != 0.0, axis=1)[:, None], found[:, :3] / found[:, 3:], points)
+
+    def _projection(self) -> np.ndarray:
+        """Return the matrix (4, 4) from W to the picture, which goes from -1 to 1."""
+        width, height = self.plotter.window_size
+        matrix = self.plotter.camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
+        return np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
 
     def picture(self) -> np.ndarray:
         """Return the picture, (height, width, 3) uint8."""

@@ -124,11 +124,37 @@ def test_hidden_parts_and_labels(tmp_path):
 
 
 def test_names_of_bodies_do_not_cover_one_another():
-    """Two texts of five letters of 10 pixels: 38 pixels wide and 13 high, from their lower left corners."""
-    texts = ["large", "small", "third"]
-    assert without_overlap(texts, np.array([[0.0, 0.0], [37.0, 12.0], [39.0, 0.0]]), 10.0) == ["large", "third"]
-    assert without_overlap(texts, np.array([[0.0, 0.0], [0.0, 14.0], [39.0, 0.0]]), 10.0) == texts
-    assert without_overlap(texts, np.zeros((3, 2)), 10.0, given=2) == ["large", "small"]
+    """Two texts of five letters of 10 pixels: 38 pixels wide and 13 high, from their lower left corners. Given ones are
+    moved by lines of 16 pixels, up first, and stay within the picture."""
+    texts, picture = ["large", "small", "third"], (320, 180)
+
+    def placed(seen, given=0):
+        found = without_overlap(texts, np.array(seen, float), 10.0, picture, given)
+        return {text: tuple(place) for text, place in found.items()}
+
+    assert placed([[0, 0], [37, 12], [39, 0]]) == {"large": (0, 0), "third": (39, 0)}
+    assert placed([[0, 0], [0, 14], [39, 0]]) == {"large": (0, 0), "small": (0, 14), "third": (39, 0)}
+    assert placed([[0, 0]] * 3, given=2) == {"large": (0, 0), "small": (0, 16)}
+    assert placed([[0, 90]] * 3, given=3) == {"large": (0, 90), "small": (0, 106), "third": (0, 74)}
+    assert placed([[300, 175]] * 3, given=3) == {"large": (282, 167), "small": (282, 151), "third": (282, 135)}
+
+
+@pytest.mark.render
+def test_labels_at_one_place_are_all_drawn(tmp_path):
+    """Six texts at one point stand above one another: each of them changes the picture."""
+    import pyvista
+
+    box = fmb.RigidBody.box("rod", size=(1, 0.1, 0.1), density=100.0, markers={"b": (0.5, 0, 0)})
+    solution = fmb.simulate(fmb.Model(bodies=[fmb.Ground(), box]), 0.01, samples=2)
+    before = None
+    for count in range(7):
+        path = tmp_path / f"{count}.png"
+        labels = {f"text {k}": "rod.b" for k in range(count)}
+        render(solution, path, size=(640, 360), camera=(0, 0, 1), labels=labels)
+        picture = pyvista.read(path).point_data.active_scalars.astype(float)
+        if before is not None:
+            assert (np.abs(picture - before).max(axis=1) > 100).sum() > 50
+        before = picture
 
 
 @pytest.mark.render
