@@ -155,8 +155,8 @@ class Plant:
         if not len(kept):
             self.require_proper()
         rows = {name: getattr(self, name)[kept] for name in ("C", "D", "D1", "D2", "accuracy")}
-        names = {name: tuple(getattr(self, name)[k] for k in kept) for name in ("outputs", "units")}
-        return replace(self, **rows, **names)
+        outputs, units = (tuple(names[k] for k in kept) for names in (self.outputs, self.units))
+        return replace(self, outputs=outputs, units=units, **rows)
 
 
 def _signal_name(name: str) -> str:
