@@ -65,7 +65,7 @@ def held_places(fe: FEModel, fixed, directions=None, part: str = "") -> np.ndarr
                 expected="directions in one place",
                 remedy='Write {"root": "xyzrxryrz", "tip": "z"} alone',
             )
-        blocks = [held_places(fe, some, own, f"{part}, {_title(some)}") for some, own in fixed.items()]
+        blocks = [_of_entry(fe, some, own, f"{part}, {_title(some)}") for some, own in fixed.items()]
         return np.unique(np.concatenate([np.zeros(0, np.int64), *blocks]))
     if is_mask(fixed):
         return _of_mask(fe, np.asarray(fixed), directions, part)
@@ -74,6 +74,20 @@ def held_places(fe: FEModel, fixed, directions=None, part: str = "") -> np.ndarr
         return np.unique(6 * rows[:, 0] + rows[:, 1])
     chosen = np.arange(6) if directions is None else direction_numbers(directions, part)
     return np.unique((6 * node_numbers(fe, fixed)[:, None] + chosen).ravel()).astype(np.int64)
+
+
+def _of_entry(fe: FEModel, some, directions, part: str) -> np.ndarray:
+    """Return the held places of one entry of a mapping: None would be read as all, or as those of the deck."""
+    if directions is None:
+        raise MeshError(
+            part,
+            found="directions None",
+            expected="directions for each entry of a mapping",
+            remedy=f"Give '{some}' alone, not in a mapping: its directions are those of the deck"
+            if isinstance(some, str) and some in fe.supports
+            else 'Write "xyzrxryrz" for all six',
+        )
+    return held_places(fe, some, directions, part)
 
 
 def is_mask(fixed) -> bool:

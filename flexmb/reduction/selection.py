@@ -82,7 +82,7 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
         nodes = np.concatenate([_named(fe, name, part) for name in where])
     elif is_point(where):
         require_place(fe, where, part)
-        nodes = _located(fe, points_of(where), part)
+        nodes = _located(fe, points_of(where), part, moving)
     else:
         nodes = _numbered(fe, where, part)
     nodes = np.unique(nodes)
@@ -141,6 +141,14 @@ def _numbered(fe: FEModel, where, part: str) -> np.ndarray:
             expected="a set name, node numbers (int) or coordinates (x, y, z)",
             remedy="Give coordinates as a 3-tuple of numbers in m",
         )
+    if numbers.shape == (3,) and len(set(numbers.tolist())) < 3:
+        raise ReductionError(
+            part,
+            found=f"{where!r:.80}, three node numbers or a place",
+            expected="node numbers, each once, or coordinates with a decimal point",
+            remedy=f"Write {sorted(set(numbers.tolist()))} for nodes, or {tuple(numbers.astype(float).tolist())} for "
+            "the place",
+        )
     if numbers.min() < 0 or numbers.max() >= len(fe.nodes):
         raise ReductionError(
             part,
@@ -152,10 +160,12 @@ def _numbered(fe: FEModel, where, part: str) -> np.ndarray:
     return numbers.astype(int)
 
 
-def _located(fe: FEModel, points: np.ndarray, part: str) -> np.ndarray:
+def _located(fe: FEModel, points: np.ndarray, part: str, moving: bool) -> np.ndarray:
+    """Return the node at each of the points (k, 3), m; of several at one place the only one that moves by itself."""
     from scipy.spatial import cKDTree
 
-    distance, nearest = cKDTree(fe.nodes).query(points)
+    tree = cKDTree(fe.nodes)
+    distance, nearest = tree.query(points)
     worst = int(np.argmax(distance))
     if distance[worst] > _ON_NODE * model_size(fe):
         at = ", ".join(f"{x:.6g}" for x in fe.nodes[nearest[worst]])
@@ -166,4 +176,17 @@ def _located(fe: FEModel, points: np.ndarray, part: str) -> np.ndarray:
             expected="a node there",
             remedy="Give the node's coordinates, or observe the point as a station (it needs no node)",
         )
+    for k, near in enumerate(tree.query_ball_point(points, _ON_NODE * model_size(fe))):
+        several = sorted(near)
+        if moving and len(several) > 1:
+            several = [n for n in several if n in fe.dofs[:, 0]] or several
+            nearest[k] = several[0]
+        if len(several) > 1:
+            raise ReductionError(
+                part,
+                found=f"{len(several)} nodes at {tuple(points[k].tolist())} m: "
+                f"{', '.join(map(fe.node_name, several[:6]))}",
+                expected="one node there",
+                remedy=f"Write their numbers, {several[:6]}, or those of them that are meant",
+            )
     return nearest

@@ -187,7 +187,7 @@ def test_supports_make_a_model_planar(beam):
             "2 nodes",
             "rigid_link",
         ),
-        (lambda b, k: fem.with_mass(b, [0.0, 1.0], 1.0), "coordinates of shape (2,)", "x, y, z"),
+        (lambda b, k: fem.with_mass(b, [0.0, 1.0], 1.0), "nodes = [0.0, 1.0]", "whole numbers"),
         (lambda b, k: fem.with_spring(b, 0, [1.0] * 3), "shape (3,)", "three rotational"),
         (
             lambda b, k: fem.with_mass(fem.with_supports(b, 0, [3]), 0, 1.0, (1, 1, 1)),

@@ -34,6 +34,7 @@ SAME = {
     "set": "start",
     "sets": ["start", "start"],
     "number": 0,
+    "number of NumPy": np.int64(0),
     "numbers": [0],
     "array": np.array([0]),
     "place": (0.0, 0.0, 0.0),
@@ -73,6 +74,14 @@ WRONG = {
     "rows of different lengths": ([[0, 1], [2]], "Expected: names of node sets, node numbers"),
     "a misspelt set": (["start", "edn"], "'edn' does not exist. One of: end, start. Did you mean 'end'"),
     "a node twice": ((2, 0, 0), r"three node numbers or a place.*Write \[0, 2\] for nodes, or \(2.0, 0.0, 0.0\)"),
+    "a node twice in a list": ([2, 0, 0], r"three node numbers or a place.*Write \[0, 2\] for nodes, or \(2.0, 0.0, 0"),
+    "a node twice in an array": (np.array([2, 0, 0]), r"nodes = \(2, 0, 0\), three node numbers or a place"),
+    "a node twice, no node at the place": ([3, 1, 1], r"nodes = \(3, 1, 1\), three node numbers or a place"),
+    "whole places": ([(2, 0, 0)], r"Write coordinates with a decimal point, \(2\.0, 0\.0, 0\.0\)"),
+    "floats for numbers": (np.array([0.0, 4.0]), r"Node numbers are whole numbers.*numbers\.astype\(int\)"),
+    "three floats for numbers": (np.array([0.0, 4.0, 2.0]), r"no node at .*for node numbers.*numbers\.astype\(int\)"),
+    "no directions": ({"start": None}, "set 'start': directions None.*Write \"xyzrxryrz\" for all six"),
+    "no directions of a number": ({"end": "x", 0: None}, "nodes 0: directions None"),
     "directions twice": ({"start": "xw"}, "set 'start': directions 'xw'"),
     "directions of a number": ({0: "xw"}, "nodes 0: directions 'xw'"),
 }
@@ -125,3 +134,75 @@ def test_count_of_coordinates(rod, plane, other, modes):
     each = 3 if plane else 6
     assert data.n_modes == each * (1 if other is None else 2) + modes - each
     assert data.quality["rigid_modes"]["removed"] == each
+
+
+def test_three_whole_numbers_of_one_node(rod):
+    """Functions of one node read a place with a decimal point, or a tuple for a new node, and numbers otherwise."""
+    at_end = fem.with_mass(rod, 4, 3.0).M
+    for node in ("end", ["end"], [4], np.array([4]), (2.0, 0, 0), [2.0, 0.0, 0.0], [(2.0, 0.0, 0.0)]):
+        assert abs(fem.with_mass(rod, node, 3.0).M - at_end).max() == 0.0
+        spring = fem.with_spring(rod, node, [1e5] * 6)
+        assert abs(spring.K - fem.with_spring(rod, 4, [1e5] * 6).K).max() == 0.0
+    for node in ([2, 0, 0], (2, 0, 0), np.array([2, 0, 0])):
+        for act in (lambda where: fem.with_mass(rod, where, 3.0), lambda where: fem.with_spring(rod, where, [1.0] * 6)):
+            with pytest.raises(MeshError, match=r"\(2, 0, 0\), three node numbers or a place.*or \(2.0, 0.0, 0.0\)"):
+                act(node)
+    with pytest.raises(MeshError, match=r"\[0, 1, 3\] has 3 nodes.*with a decimal point"):
+        fem.with_mass(rod, [0, 1, 3], 3.0)
+
+
+def test_the_reference_of_a_link(rod):
+    for reference in ((2, 0, 1), [2.0, 0.0, 1.0], np.array([2.0, 0.0, 1.0])):
+        linked = fem.with_rigid_link(rod, reference, "end", "hub")
+        assert linked.nodes[linked.node_sets["hub"]].tolist() == [[2.0, 0.0, 1.0]]
+    for reference in ("start", ["start"], [0], 0):
+        assert len(fem.with_rigid_link(rod, reference, "end").nodes) == 5
+    for link in (fem.with_rigid_link, fem.with_averaging_link):
+        with pytest.raises(MeshError, match=r"\(2, 0, 0\), three node numbers or a place"):
+            link(rod, [2, 0, 0], "end")
+        for wrong in ((0.0, 1.0), (1, 2), (0.0, np.nan, 0.0)):
+            with pytest.raises(MeshError, match=r"a new node at .*Expected: its coordinates x, y, z, m"):
+                link(rod, wrong, "end")
+
+
+def test_no_places_at_all(rod):
+    """An empty list of places is an empty list of nodes."""
+    empty = np.zeros((0, 3))
+    assert not fem.fixed_freedoms(rod, empty).any()
+    assert fem.with_supports(rod, empty).ndof == rod.ndof
+    for link in (fem.with_rigid_link, fem.with_averaging_link):
+        with pytest.raises(MeshError, match=r"no nodes|0 node"):
+            link(rod, 0, empty)
+
+
+def test_a_repeated_number_in_a_reduction(rod):
+    """As an interface, [2, 0, 0] held nodes 0 and 2 together, and (2, 0, 0) the node at the end."""
+    for where in ([2, 0, 0], np.array([2, 0, 0])):
+        with pytest.raises(ReductionError, match=r"Interface 'a': .*three node numbers or a place.*\(2.0, 0.0, 0.0\)"):
+            reduction.reduce(rod, {"a": where}, modes=0)
+
+
+def test_two_nodes_at_one_place(rod):
+    """Before, the lower number was held without a word."""
+    both, place = fem.with_node(rod, (LENGTH, 0.0, 0.0)), (LENGTH, 0.0, 0.0)
+    words = r"2 nodes at .* m: node 4, node 5\. Expected: .* one node\. Write their numbers, \[4, 5\]"
+    for act in (
+        lambda: fem.fixed_freedoms(both, place),
+        lambda: fem.with_supports(both, {place: "x"}),
+        lambda: fem.with_supports(both, [place]),
+        lambda: fem.with_mass(both, place, 1.0),
+        lambda: fem.with_rigid_link(both, 0, place),
+    ):
+        with pytest.raises(MeshError, match=words):
+            act()
+    with pytest.raises(ReductionError, match=r"2 nodes at .* m: node 4, node 5\. .*Write their numbers, \[4, 5\]"):
+        reduction.reduce(both, {"a": 0, "b": place}, modes=0)
+
+
+def test_a_place_where_one_node_carries_the_other(rod):
+    """A link takes the freedoms of the end: the place is that of the node it hangs on."""
+    linked = fem.with_rigid_link(rod, (LENGTH, 0.0, 0.0), "end", "foot")
+    held = fem.fixed_freedoms(linked, (LENGTH, 0.0, 0.0))
+    assert set(linked.dofs[held, 0]) == set(linked.node_sets["foot"].tolist()) == {5}
+    data = reduction.reduce(linked, {"a": "start", "b": (LENGTH, 0.0, 0.0)}, modes=0)
+    assert data.marker_positions[1] == pytest.approx([LENGTH, 0.0, 0.0])

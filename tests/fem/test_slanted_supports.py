@@ -62,6 +62,18 @@ def test_a_roller_on_a_slope(tmp_path, units):
         fem.fixed_freedoms(fe, "spc")
 
 
+def test_supports_across_the_axes_in_a_mapping_or_a_list(tmp_path):
+    """Before, {"spc": None} held the freedoms of nodes and left the roller out: the beam slid without rising."""
+    fe = nastran(tmp_path, beam())
+    alone = "Give 'spc' alone, not in a mapping|Give that name alone, without directions: 'spc'"
+    for fixed in ({"spc": None}, {"spc": "xyz"}, {0: "x", "spc": None}, ["spc"], ["spc", "spc"]):
+        for act in (fem.with_supports, fem.fixed_freedoms, lambda fe, fixed: fem.static(fe, middle_load(fe), fixed)):
+            with pytest.raises(MeshError, match=alone):
+                act(fe, fixed)
+    with pytest.raises(MeshError, match="'spc' are supports of the deck, which have directions of their own"):
+        fem.fixed_freedoms(fe, ["spc"])
+
+
 def test_slopes_of_right_angles_are_the_axes(tmp_path):
     """A displacement system turned by 90 degrees holds a freedom itself; frequencies with a slope lie between."""
     found = []

@@ -30,7 +30,7 @@ def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.
 
     Parameters
     ----------
-    node : number, name of a set of one node, or coordinates (3,), m, of a node
+    node : number, name of a set of one node, or coordinates (3,), m, of a node, with a decimal point
     mass : float, kg
     inertia : (3,) or (3, 3), kg m2
         About the centre of the mass, body axes.

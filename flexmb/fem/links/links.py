@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from flexmb.errors import MeshError
-from flexmb.fem.chosen_nodes import NodeName, node_number, node_numbers
+from flexmb.fem.chosen_nodes import NodeName, as_array, node_number, node_numbers
 from flexmb.fem.fe_model import ElementBlock, FEModel
 from flexmb.fem.links.connectors import expansion_of, rigid_arm
 from flexmb.fem.links.stiffness import RigidLinkBlock
@@ -27,7 +27,15 @@ def with_node(fe: FEModel, position, name: str | None = None) -> FEModel:
     """Return the model with one more node, six freedoms without stiffness and mass, at (3,), m; a set of
     that name."""
     number = len(fe.nodes)
-    nodes = np.vstack([fe.nodes, np.asarray(position, float).reshape(1, 3)])
+    point = finite_array(position)
+    if point.shape != (3,):
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"a new node at {position!r:.80}",
+            expected="its coordinates x, y, z, m",
+            remedy="Write (0.0, 0.0, 0.1)",
+        )
+    nodes = np.vstack([fe.nodes, point])
     dofs = np.vstack([fe.dofs, np.stack([np.full(6, number), np.arange(6)], axis=1)])
     empty = sparse.csr_matrix((6, 6))
     sets = dict(fe.node_sets) if name is None else {**fe.node_sets, name: np.array([number])}
@@ -51,7 +59,7 @@ def with_rigid_link(
 
     Parameters
     ----------
-    reference : node number, name of a set of one node, or coordinates (3,), m, of a new node
+    reference : node number, name of a set of one node, or coordinates (3,), m, of a new node: floats, or a tuple
         Keeps its six freedoms.
     dependent : name of a node set or node numbers
         Lose their freedoms; loads on them act on the reference node (`FEModel.forces`).
@@ -100,7 +108,7 @@ def with_averaging_link(
 
     Parameters
     ----------
-    reference : node number, name of a set of one node, or coordinates (3,), m, of a new node
+    reference : node number, name of a set of one node, or coordinates (3,), m, of a new node: floats, or a tuple
         Its freedoms become dependent, so it cannot be an interface; `reduction` has averaging interfaces.
     nodes : name of a node set or node numbers
         At least three that do not lie on one line; only their translations count.
@@ -110,6 +118,8 @@ def with_averaging_link(
     fe, node = _reference(fe, reference, name)
     numbers = np.setdiff1d(node_numbers(fe, nodes), [node])
     part = f"Averaging link at {fe.node_name(node)} of '{fe.name}'"
+    rows = _rows(fe)
+    _check_free(fe, part, numbers, rows, translations_only=True)
     weights = np.ones(len(numbers)) if weights is None else finite_array(weights)
     if weights.shape != numbers.shape or (weights < 0.0).any() or not weights.sum() > 0.0:
         raise MeshError(
@@ -118,8 +128,6 @@ def with_averaging_link(
             expected=f"({len(numbers)},) numbers >= 0, one per node in ascending order of node numbers",
             remedy="Leave weights out for equal ones",
         )
-    rows = _rows(fe)
-    _check_free(fe, part, numbers, rows, translations_only=True)
     _check_free(fe, part, np.array([node]), rows)
     mean = average_motion(fe.nodes[numbers], weights, fe.nodes[node], part)
     entries = [
@@ -236,8 +244,12 @@ def _linked_blocks(blocks, fe: FEModel, own_nodes: int) -> tuple:
 
 
 def _reference(fe: FEModel, reference: NodeName, name: str | None) -> tuple[FEModel, int]:
-    """Return the model and the number of the reference node, made if coordinates are given."""
-    if np.ndim(reference) == 1:
+    """Return the model and the number of the reference node, made if coordinates are given.
+
+    A tuple of three whole numbers is a place as well: a new node is meant where three numbers cannot be one node.
+    """
+    given = as_array(reference)
+    if given.ndim == 1 and (given.dtype.kind == "f" or (isinstance(reference, tuple) and given.dtype.kind in "iu")):
         return with_node(fe, reference, name), len(fe.nodes)
     number = node_number(fe, reference)
     sets = dict(fe.node_sets) if name is None else {**fe.node_sets, name: np.array([number])}
