@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from flexmb.bodies.floating.validity import UNKNOWN
 from flexmb.cli import main
 from flexmb.cli.remedies import in_files_and_options
 
@@ -20,6 +21,10 @@ SAID = {
     "of a part modes = ...",
     "Reduce it with geometric_stiffness=True (--geometric-stiffness; of a part in a model file geometric_stiffness = "
     "true): it": "Reduce it with --geometric-stiffness, of a part in a model file geometric_stiffness = true: it",
+    UNKNOWN: UNKNOWN.replace(
+        "geometric_stiffness=True (--geometric-stiffness; of a part in a model file geometric_stiffness = true)",
+        "--geometric-stiffness, of a part in a model file geometric_stiffness = true",
+    ),
     "past it with path=flexmb.ArcLength()": "past it with statics(model, path=ArcLength()) of the Python package",
     "See flexmb.check(model): a flat toggle": "See `flexmb check`: a flat toggle",
     "Write 'ground.A', or (a) bracket": "Write 'ground.A', or (a) bracket",

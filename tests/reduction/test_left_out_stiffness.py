@@ -306,6 +306,30 @@ def test_geometric_stiffness_that_is_switched_off_is_noted():
     assert "Body 'b' has geometric stiffness that is not used (geometric_stiffness=False): no run warns" in notes
 
 
+@pytest.mark.parametrize(
+    ("groups", "of"),
+    [
+        (("inertia",), " of interface and loads"),
+        (("interface", "loads", "preload"), " of inertia"),
+        (("preload",), ""),
+        (("inertia", "interface", "loads"), None),
+        (True, None),
+    ],
+    ids=str,
+)
+def test_geometric_stiffness_that_is_switched_off_in_part_is_noted(groups, of, recwarn):
+    """At 1.5 times Euler's load the rod stood without a word, since the matrices of its interfaces did not act."""
+    data, force = rod(geometric_stiffness=True), 1.5 * np.pi**2 * EI / (4.0 * L**2)
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.FloatingBody("b", data=data, geometric_stiffness=groups)],
+        joints=[fmb.Fixed("foot", markers=("ground.origin", "b.a"))],
+        forces=[fmb.PointLoad("press", marker="b.b", force=(-force, 0, 0))],
+    )
+    notes = " ".join(fmb.simulate(model, 1e-4, samples=2).statistics["notes"])
+    said = f"Body 'b' has geometric stiffness{of} that is not used (geometric_stiffness={groups!r}): no run warns"
+    assert (said in notes) if of is not None else "not used" not in notes
+
+
 def test_what_leaves_nothing_out_is_read_without_a_word(tmp_path, recwarn):
     """Bodies with geometric stiffness, and such as have no elastic shapes, need no matrices of what is left out."""
     stiff, again = rod(geometric_stiffness=True), tmp_path / "stiff.h5"

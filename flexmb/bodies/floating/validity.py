@@ -15,6 +15,7 @@ Four numbers, each 1 at the limit:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from flexmb.bodies.floating.stiffness import load_scales, mean_acceleration
 from flexmb.math.kernel import kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.vectors import matvec_t
+from flexmb.model.modal_arrays import GeometricStiffness
 
 __all__ = ["CHANGE", "DEFORMATION", "FloatingWatch"]
 
@@ -34,13 +36,13 @@ CHANGE = 0.1
 """Change of the stiffness by loads, relative to it, that may be left out."""
 UNKNOWN = (
     "{title} has no geometric stiffness, and it is not known by how much loads change its stiffness: no run warns "
-    "where it would buckle. If it may, or spins fast: made from elements, reduce it again with "
-    "geometric_stiffness=True; of matrices alone, which cannot tell it, compare its load with a buckling load of the "
+    "where it would buckle. Reduce it again with geometric_stiffness=True (--geometric-stiffness; of a part in a model "
+    "file geometric_stiffness = true) or, if it was made of matrices alone, compare its load with a buckling load of the "
     "program that wrote them."
 )
 SWITCHED_OFF = (
-    "{title} has geometric stiffness that is not used (geometric_stiffness={given!r}): no run warns where loads change "
-    "its stiffness. Leave that out, or compare with a run that has it."
+    "{title} has geometric stiffness{of} that is not used (geometric_stiffness={given!r}): no run warns where loads "
+    "change its stiffness. Leave that out, or compare with a run that has it."
 )
 LOOKS = 16
 """Samples of a block at which the load is looked at; it costs an evaluation and an eigenvalue problem."""
@@ -70,6 +72,16 @@ def _scales(rows, data, state, work, first, out):
             work.loads[row.first_load : row.first_load + row.loads],
             out[first[n] : first[n] + row.stiffening],
         )
+
+
+def _switched_off(body: Any, geometric: GeometricStiffness) -> str:
+    """Return a note on the groups of geometric stiffness that a body has and does not use; empty if there are none."""
+    has = [f.name for f in fields(geometric) if np.any(getattr(geometric, f.name))]
+    unused = [name for name in has if name not in body.stiffening_groups]
+    if not unused:
+        return ""
+    of = "" if len(unused) == len(has) else f" of {' and '.join(unused)}"
+    return SWITCHED_OFF.format(title=body.title, of=of, given=body.geometric_stiffness)
 
 
 class _Limits:
@@ -103,9 +115,10 @@ class _Limits:
             + ["preload"]
         )
         self.note = ""
-        if data.left_out is None and not row["stiffening"]:
-            text = UNKNOWN if data.geometric is None else SWITCHED_OFF
-            self.note = text.format(title=body.title, given=body.geometric_stiffness)
+        if data.geometric is not None:
+            self.note = _switched_off(body, data.geometric)
+        elif data.left_out is None:
+            self.note = UNKNOWN.format(title=body.title)
         known = data.left_out is not None and not row["stiffening"]
         self.left_out = LeftOut(body, data, row, self.causes, system) if known else None
 
