@@ -161,6 +161,8 @@ class FEModel:
                     expected=f"({size}, {size}), one row per freedom in dofs",
                     remedy="Give one (node, direction) pair per matrix row",
                 )
+            if not (sparse.issparse(matrix) and matrix.format == "csr"):
+                object.__setattr__(self, symbol, sparse.csr_matrix(matrix))
         for what, matrix in (("stiffness", self.K), ("mass", self.M)):
             if not np.all(np.abs(matrix.data) <= LARGEST):  # nan too
                 self._refuse_entry(what, matrix.tocoo())

@@ -12,6 +12,7 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.fem.held import HeldMotion, held_motion, held_places
 from flexmb.math.factor import factor
 from flexmb.math.lanczos import lowest_modes
+from flexmb.model.described import whole
 
 __all__ = ["Modes", "buckling", "eigenmodes", "fixed_freedoms", "static"]
 
@@ -79,7 +80,7 @@ def eigenmodes(fe: FEModel, fixed=None, n: int = 10) -> Modes:
     factorise positive definite for unsupported models too.
     """
     held = _held(fe, fixed)
-    _check_count(fe, n, len(held.free), "eigenmodes")
+    n = _checked_count(fe, n, len(held.free), "eigenmodes")
     k, m = held.reduced(fe.K), held.reduced(fe.M)
     if not m.diagonal().sum() > 0.0:
         raise MeshError(
@@ -112,7 +113,7 @@ def buckling(fe: FEModel, load: np.ndarray, fixed, n: int = 1) -> tuple[np.ndarr
             remedy="Make the model from a mesh; K and M alone do not know the stress",
         )
     load, held = _load(fe, load), _held(fe, fixed)
-    _check_count(fe, n, len(held.free) - 1, "buckling modes")
+    n = _checked_count(fe, n, len(held.free) - 1, "buckling modes")
     if load.ndim != 1 or not np.any(held.forces(load)):
         raise MeshError(
             f"FE model '{fe.name}'",
@@ -147,7 +148,16 @@ def _load(fe: FEModel, load) -> np.ndarray:
     return load
 
 
-def _check_count(fe: FEModel, n: int, most: int, what: str) -> None:
+def _checked_count(fe: FEModel, given, most: int, what: str) -> int:
+    """Return a number of modes, 8 for 8.0."""
+    n = whole(given)
+    if isinstance(n, bool) or not isinstance(n, int | np.integer):
+        raise MeshError(
+            f"FE model '{fe.name}'",
+            found=f"n = {given!r:.40} {what}",
+            expected=f"a whole number, 1 to {most}",
+            remedy="Write n=10",
+        )
     if not 0 < n <= most:
         raise MeshError(
             f"FE model '{fe.name}'",
@@ -155,6 +165,7 @@ def _check_count(fe: FEModel, n: int, most: int, what: str) -> None:
             expected=f"1 to {most}, the free freedoms",
             remedy="Ask for fewer, or refine the mesh",
         )
+    return int(n)
 
 
 def _held(fe: FEModel, fixed) -> HeldMotion:

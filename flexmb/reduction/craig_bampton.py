@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
 from flexmb.math.factor import Backend
-from flexmb.model.described import check_kind, check_mapping, is_number
+from flexmb.model.described import check_kind, check_mapping, is_number, whole
 from flexmb.model.modal_arrays import GeometricStiffness
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.numbering import Numbering
@@ -125,7 +125,7 @@ def reduce(
         tuple(residual_vectors),
         preload or {},
         zones_of(contact),
-        compare,
+        whole(compare),
         error_up_to,
     )
     for words, given in (("interfaces", named), ("stations", stations or {}), ("loads", loads or {})):

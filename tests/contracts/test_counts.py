@@ -1,6 +1,8 @@
-"""Whole numbers that arithmetic made floats: 8.0 is taken wherever 8 is, 8.5 is refused by the name of the field.
+"""Whole numbers that arithmetic made floats: where a description or a number of modes takes 8, it takes 8.0.
 
-Parameters of model files are floats as soon as they are computed, swept or given by --set.
+8.5 is refused by the name of the field. Parameters of model files are floats as soon as they are computed, swept or
+given by --set. Looked at: every field of every description, and the numbers of modes of the functions of `fem` and
+`reduction`. Node numbers are not among them: floats are coordinates.
 """
 
 import warnings
@@ -92,3 +94,46 @@ def test_parts_of_models(table, name, stage, data):
         for field in counts(type(part)):
             with pytest.raises(FlexmbError, match=rf"'{part.name}'.*{field} = 8\.5"):
                 type(part)(**{**given, field: 8.5})
+
+
+@pytest.fixture(scope="module")
+def rod():
+    points = np.linspace((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), 5)
+    return fem.frame(points=points, section=fem.Section.rectangle(0.02, 0.02), material=fmb.MATERIALS["steel"])
+
+
+def buckled(fe, n):
+    load = np.zeros((len(fe.nodes), 6, 1))
+    load[-1, 0] = -1.0
+    return fem.buckling(fe, fe.forces(load)[:, 0], "start", n)[0]
+
+
+MODES = {
+    "eigenmodes": lambda fe, n: fem.eigenmodes(fe, "start", n).frequencies,
+    "buckling": buckled,
+    "modes of reduce": lambda fe, n: reduction.reduce(fe, {"a": "start"}, modes=n, compare=0).frequencies,
+    "compare of reduce": lambda fe, n: reduction.reduce(fe, {"a": "start"}, modes=1, compare=n).quality["frequencies"],
+}
+
+
+@pytest.mark.parametrize("function", MODES.values(), ids=MODES.keys())
+def test_numbers_of_modes(rod, function):
+    for n in (2.0, np.float64(2.0), np.int64(2)):
+        assert str(function(rod, n)) == str(function(rod, 2))
+    for wrong in (2.5, True, "two", None, -1.0):
+        with pytest.raises(FlexmbError, match=r"(n|modes|compare) = |-1 \w+"):
+            function(rod, wrong)
+
+
+def test_elements_of_a_plate_as_an_array():
+    """The number of elements along a cylinder's two directions; `rectangle` and the plate itself take the same."""
+    stuff = {"thickness": 0.01, "material": fmb.MATERIALS["steel"]}
+    for elements in (np.array([3, 2]), np.array([3.0, 2.0]), [3.0, 2], (3, 2)):
+        cylinder = fmb.AncfPlate.cylinder("c", radius=1.0, angle=1.0, length=2.0, elements=elements, **stuff)
+        assert (
+            cylinder.elements
+            == fmb.AncfPlate.rectangle("r", edges=(2, 1), elements=elements, **stuff).elements
+            == (3, 2)
+        )
+    with pytest.raises(FlexmbError, match=r"elements = \[3. , 2.5\]"):
+        fmb.AncfPlate.cylinder("c", radius=1.0, angle=1.0, length=2.0, elements=np.array([3.0, 2.5]), **stuff)

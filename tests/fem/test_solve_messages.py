@@ -1,5 +1,7 @@
 """Statics, eigenmodes, buckling and given matrices: what does not fit is refused before any computing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fem.beams import STEEL, plate, straight
@@ -123,3 +125,15 @@ def test_supports_in_one_notation(beam):
         for call in (fem.with_supports, lambda fe, name, how: fem.eigenmodes(fe, fixed={name: how}, n=1)):
             with pytest.raises(MeshError, match=words):
                 call(beam, "start", wrong)
+
+
+@pytest.mark.parametrize("kind", ["lil", "dok", "coo", "csc", "dense"])
+def test_matrices_of_any_format(beam, kind):
+    """Kept as csr: the same frequencies, and the same message about an entry that is no number."""
+    K = beam.K.toarray() if kind == "dense" else beam.K.asformat(kind)
+    frequencies = fem.eigenmodes(replace(beam, K=K, blocks=()), n=9).frequencies
+    np.testing.assert_allclose(frequencies[6:], fem.eigenmodes(beam, n=9).frequencies[6:], rtol=1e-9)
+    K = beam.K.tolil()
+    K[3, 3] = np.nan
+    with pytest.raises(MeshError, match="a stiffness of nan at node 0"):
+        replace(beam, K=K.toarray() if kind == "dense" else K.asformat(kind), blocks=())

@@ -37,8 +37,8 @@ CHANGE = 0.1
 UNKNOWN = (
     "{title} has no geometric stiffness, and it is not known by how much loads change its stiffness: no run warns "
     "where it would buckle. Reduce it again with geometric_stiffness=True (--geometric-stiffness; of a part in a model "
-    "file geometric_stiffness = true) or, if it was made of matrices alone, compare its load with a buckling load of the "
-    "program that wrote them."
+    "file geometric_stiffness = true) or, if it was made of matrices alone, compare its load with a buckling load of "
+    "the program that wrote them."
 )
 SWITCHED_OFF = (
     "{title} has geometric stiffness{of} that is not used (geometric_stiffness={given!r}): no run warns where loads "

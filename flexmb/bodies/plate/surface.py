@@ -68,7 +68,7 @@ def checked_points(given: Any, title: str) -> np.ndarray:
 
 def checked_elements(given: Any, points: np.ndarray, title: str) -> tuple[int, int]:
     """Return the numbers of elements along s and t, by default one between neighbouring points."""
-    pair = (points.shape[0] - 1, points.shape[1] - 1) if given is None else whole(given)
+    pair = (points.shape[0] - 1, points.shape[1] - 1) if given is None else whole(_listed(given))
     if (
         not isinstance(pair, tuple | list)
         or len(pair) != 2
@@ -82,6 +82,10 @@ def checked_elements(given: Any, points: np.ndarray, title: str) -> tuple[int, i
             remedy="Write elements=(16, 4)",
         )
     return int(pair[0]), int(pair[1])
+
+
+def _listed(given: Any) -> Any:
+    return given.tolist() if isinstance(given, np.ndarray) else given
 
 
 def checked_thickness(given: Any, title: str) -> np.ndarray:
