@@ -65,7 +65,7 @@ class Motion:
     def __init__(self, settings, system, state, work):
         self.formulation, self.drift = settings.formulation, settings.drift
         self.system, self.work = system, work
-        self.bounds = system.bounds(self.drift)
+        self.bounds = system.drift_bounds(self.drift)
         self.friction = system.implicit or any(force.reads_reactions for force in system.model.forces)
         self.right = np.zeros(system.nu + system.ng)
         offered = self.formulation.unknowns or AbsoluteUnknowns
@@ -96,7 +96,7 @@ class Motion:
         state = self.unknowns.state(t, x, v)
         self.work.weights[0].wanted = 0
         evaluate(system.program, state, self.work)
-        off = bool(system.ng) and drifted(self.work, state.u, self.bounds, system.lengths.whole)
+        off = bool(system.ng) and drifted(self.work, state.u, self.bounds, system.lengths.related)
         if off:
             bounds, gaps = 0.01 * self.bounds, system.gaps
             project(system.program, state, self.work, self.right, state.q, bounds, gaps, system.units, 10)

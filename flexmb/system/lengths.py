@@ -58,6 +58,7 @@ class Lengths(NamedTuple):
     coordinates (nb,) : largest distance of a body's markers from the origin of W, m
     equations (ng,) : what the residual of each equation is compared with: m, or 1 for angles
     are_lengths (ng,) : of bool
+    related (ng,) : extent of the largest body that each equation relates, m; of its assembly where they have none
     """
 
     bodies: np.ndarray
@@ -65,6 +66,7 @@ class Lengths(NamedTuple):
     coordinates: np.ndarray
     equations: np.ndarray
     are_lengths: np.ndarray
+    related: np.ndarray
 
     @property
     def rounding(self) -> float:
@@ -79,7 +81,14 @@ class Lengths(NamedTuple):
 
 def unit_lengths(n_bodies: int, n_equations: int) -> Lengths:
     """Return lengths of 1 m, before any are known."""
-    return Lengths(np.ones(n_bodies), 1.0, np.zeros(n_bodies), np.ones(n_equations), np.zeros(n_equations, bool))
+    return Lengths(
+        np.ones(n_bodies),
+        1.0,
+        np.zeros(n_bodies),
+        np.ones(n_equations),
+        np.zeros(n_equations, bool),
+        np.ones(n_equations),
+    )
 
 
 def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Lengths:
@@ -107,13 +116,21 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
         found[members] = _length(system, members, points, ties, holds, held, inertia)
     whole = float(np.max(found, initial=0.0)) or _diameter(markers["r"]) or 1.0
     found[found == 0.0] = whole
-    equations = np.ones(system.ng)
-    legs = system.tables["legs"]
-    of_leg = np.where(moves, found, 0.0)[markers["body"][legs["marker"]]]
-    longest = np.zeros(system.ng)
-    np.maximum.at(longest, legs["equation"], of_leg)
-    equations[forces] = np.where(longest > 0.0, longest, whole)[forces]
-    return Lengths(found, whole, np.array([np.abs(p).max(initial=0.0) for p in points]), equations, forces)
+    longest = _of_legs(system, np.where(moves, found, 0.0))
+    longest[longest == 0.0] = whole
+    coordinates = np.array([np.abs(p).max(initial=0.0) for p in points])
+    extents = np.array([_diameter(p) if m else 0.0 for p, m in zip(points, moves, strict=True)])
+    extents[extents <= np.maximum(NOTHING * found, ROUNDED * coordinates)] = 0.0
+    related = _of_legs(system, extents)
+    related = np.where(related > 0.0, related, longest)
+    return Lengths(found, whole, coordinates, np.where(forces, longest, 1.0), forces, related)
+
+
+def _of_legs(system, lengths: np.ndarray) -> np.ndarray:
+    """Return the largest of the lengths (nb,) of the bodies that each equation relates, (ng,)."""
+    legs, largest = system.tables["legs"], np.zeros(system.ng)
+    np.maximum.at(largest, legs["equation"], lengths[system.tables["markers"]["body"][legs["marker"]]])
+    return largest
 
 
 def require_places(bodies, points: list[np.ndarray]) -> None:

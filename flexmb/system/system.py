@@ -178,6 +178,16 @@ class System:
         lengths = self.lengths
         return np.maximum(tolerance * lengths.equations, np.where(lengths.are_lengths, lengths.rounding, 0.0))
 
+    def drift_bounds(self, drift: float) -> np.ndarray:
+        """Return the residuals (ng,), m or rad, at which a moving state is put back on the constraints.
+
+        Lengths are compared with the largest body that the equation relates, not with the assembly: bars of 1 m are
+        held as closely in a row of four hundred as in one of two. Ten times the rounding of positions can be reached.
+        """
+        lengths, whole = self.lengths, self.bounds(drift)
+        own = np.maximum(drift * lengths.related, 10.0 * lengths.rounding)
+        return np.where(lengths.are_lengths, np.minimum(own, whole), whole)
+
     @property
     def multiplier_weights(self) -> np.ndarray:
         """Weights of the multipliers in the norm that is least where equations are dependent."""

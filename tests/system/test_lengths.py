@@ -211,3 +211,33 @@ def test_equilibrium_and_frequency_of_any_size(length):
     assert still["hinge"][-1, 2] == pytest.approx(9.81 * ball.mass, rel=1e-9)
     rate = np.sqrt(ball.mass * 9.81 * length / (0.4 * ball.mass * radius**2 + ball.mass * length**2))
     np.testing.assert_allclose(2 * np.pi * fmb.linearize(model, still).frequencies, [rate], rtol=1e-9)
+
+
+@pytest.mark.parametrize("n", [1, 50])
+def test_drift_is_compared_with_the_bodies_at_a_joint(n):
+    """Rods of 1 m in a row, a bob without extent on the last: each equation goes by its own rods, however many."""
+    rods = [fmb.RigidBody.rod(f"r{k}", length=1.0, mass=1.0, at=(float(k), 0, 0)) for k in range(n)]
+    last = fmb.PointMass("bob", mass=1.0, at=(float(n), 0, 0))
+    joints = [fmb.Spherical("s0", markers=("ground.origin", "r0.start"))]
+    joints += [fmb.Spherical(f"s{k}", markers=(f"r{k - 1}.end", f"r{k}.start")) for k in range(1, n)]
+    joints.append(fmb.Spherical("s", markers=(f"r{n - 1}.end", "bob.center")))
+    system, _ = assemble(fmb.Model(bodies=[fmb.Ground(), *rods, last], joints=joints))
+    assert system.lengths.whole == pytest.approx(n)
+    np.testing.assert_allclose(system.lengths.equations, n)
+    np.testing.assert_allclose(system.lengths.related, 1.0)
+    np.testing.assert_allclose(system.drift_bounds(1e-10), 1e-10)
+    np.testing.assert_allclose(system.bounds(1e-10), n * 1e-10)
+
+
+def test_drift_is_not_held_closer_than_rounding():
+    """Rods of 1 cm at the end of one of 4 km: where positions have 1e-10 m, 1e-12 m is not asked for."""
+    long = fmb.RigidBody.rod("long", length=4e3, mass=1.0)
+    short = [fmb.RigidBody.rod(f"r{k}", length=0.01, mass=1.0, at=(4e3 + 0.01 * k, 0, 0)) for k in range(2)]
+    joints = [
+        fmb.Spherical("a", markers=("long.end", "r0.start")),
+        fmb.Spherical("b", markers=("r0.end", "r1.start")),
+    ]
+    system, _ = assemble(fmb.Model(bodies=[fmb.Ground(), long, *short], joints=joints))
+    np.testing.assert_allclose(system.lengths.related, [4e3] * 3 + [0.01] * 3)
+    np.testing.assert_allclose(system.drift_bounds(1e-10)[3:], 10.0 * system.lengths.rounding)
+    assert np.all(system.drift_bounds(1e-10) <= system.bounds(1e-10))

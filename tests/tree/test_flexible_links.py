@@ -192,7 +192,7 @@ def test_loops_close_by_multipliers_and_by_motion(stiffness, rng):
     unit_length(unknowns.chart.rows, links.x)
     assert close_links(links, work, 0.0, tight, system.gaps, system.program.equation_level)
     assert link_rates(links, work, 0.0, links.x.copy(), links.v.copy()) == -1
-    assert not loops_are_open(links, work, 100.0 * tight, 1.0)
+    assert not loops_are_open(links, work, 100.0 * tight, np.ones(system.ng))
     assert np.abs(links.x - x).max() < 1e-3
 
 

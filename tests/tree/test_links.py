@@ -156,7 +156,7 @@ def test_loops_are_closed_with_least_motion(make, rng):
         unit_length(unknowns.chart.rows, links.x)
         assert close_links(links, work, state.t, tight, system.gaps, system.program.equation_level)
         assert link_rates(links, work, state.t, links.x.copy(), links.v.copy()) == -1
-        assert not loops_are_open(links, work, 10.0 * tight, 1.0)
+        assert not loops_are_open(links, work, 10.0 * tight, np.ones(system.ng))
         ours = unknowns.state(state.t, links.x.copy(), links.v.copy())
         other = unknowns.state(state.t, q.copy(), u.copy())
         project(

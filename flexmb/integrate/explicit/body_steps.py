@@ -75,7 +75,7 @@ def accepting(program, work, tree, s, h):
     for k in range(len(s.pace)):  # the same through all stages: branches have no error
         s.K[0, program.branches + k] = s.pace[k]
     keep_branches(program, work, s.y)
-    if len(s.lam) == 0 or not drifted(work, s.u, s.bounds, s.run[0].length):
+    if len(s.lam) == 0 or not drifted(work, s.u, s.bounds, s.lengths):
         return
     s.run[0].projections += 1
     keep_branches(program, work, s.q)

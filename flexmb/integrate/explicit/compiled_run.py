@@ -80,7 +80,8 @@ class CompiledRun:
             signals=state.signals.copy(),
             pace=branch_rates(system, state, work),
             gaps=system.gaps,
-            bounds=system.bounds(settings.drift),
+            bounds=system.drift_bounds(settings.drift),
+            lengths=system.lengths.related,
             units=system.units,
             dense=closed_steps.dense_of(system, work) if closed else closed_steps.no_dense(),
             run=ExplicitRun.table(
@@ -90,7 +91,6 @@ class CompiledRun:
                 span=span,
                 rtol=settings.rtol,
                 atol=absolute_tolerance(settings.atol, ATOL, system),
-                length=system.lengths.whole,
                 sweeps=sweeps[0],
                 last_sweeps=sweeps[1],
                 rates=own.rates.compiled.address,

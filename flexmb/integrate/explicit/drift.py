@@ -15,18 +15,19 @@ VANISHING, PATIENCE = 1e-9, 30
 
 
 @kernel
-def drifted(work, u, bounds, length):
+def drifted(work, u, bounds, lengths):
     """Has the state evaluated last, with velocities u, left the constraints, at the level of position or of velocity?
 
-    `bounds` (ng,) are residuals, or per radian of the fastest motion their rates; `length` (m) makes it an angle.
+    `bounds` (ng,) are residuals, or per radian of the fastest motion their rates; `lengths` (ng,), m, of the bodies
+    that an equation relates make it an angle.
     """
     rate = np.empty(len(bounds))
     constraint_velocity(work, u, rate)
-    fastest, open_by, speed = 0.0, 0.0, 0.0
+    fastest, spin = 0.0, 0.0
     for m in range(len(work.markers)):
         for i in range(3):
-            fastest = max(fastest, abs(work.markers[m].v[i]) / length, abs(work.markers[m].w[i]))
+            fastest, spin = max(fastest, abs(work.markers[m].v[i])), max(spin, abs(work.markers[m].w[i]))
     for n in range(len(bounds)):
-        open_by = max(open_by, abs(work.equations[n].g) / bounds[n])
-        speed = max(speed, abs(rate[n]) / bounds[n])
-    return open_by > 1.0 or speed > fastest
+        if abs(work.equations[n].g) > bounds[n] or abs(rate[n]) > bounds[n] * max(spin, fastest / lengths[n]):
+            return True
+    return False

@@ -195,7 +195,7 @@ class Explicit(metaclass=Described):
         Relative and absolute tolerance of every coordinate and velocity (m, rad, per s); the absolute one is 1e-10 by
         default, times the length of models below 1 m.
     drift : float
-        Constraint residual, relative to the length of the assembly, at which the state is projected; for velocities
+        Constraint residual, relative to the largest body at the joint, at which the state is projected; for velocities
         relative to the fastest marker.
     formulation : Augmented, NullSpace, UdwadiaPhohomsiri, Recursive or Baumgarte
         How accelerations are found.

@@ -4,6 +4,8 @@ and the way back onto loops.
 
 from __future__ import annotations
 
+import numpy as np
+
 from flexmb.integrate.explicit.steps import (
     ACCEPTING,
     RATES,
@@ -40,10 +42,12 @@ def accepting(program, work, tree, s, h):
         chart.pace[k] = (work.branches[k] - chart.branches[k]) / h
         chart.branches[k] = work.branches[k]
     chart.clock[0] = s.run[0].t
-    if len(tree.closing.equations) == 0 or not loops_are_open(tree, work, s.bounds, s.run[0].length):
+    if len(tree.closing.equations) == 0 or not loops_are_open(tree, work, s.bounds, s.lengths):
         return
     s.run[0].projections += 1
-    if not close_links(tree, work, s.run[0].t, 0.01 * s.bounds, s.gaps, program.equation_level):
+    # rounding adds up along loops of many bodies: what is within the bounds will do
+    left = np.maximum(s.gaps, s.bounds)
+    if not close_links(tree, work, s.run[0].t, 0.01 * s.bounds, left, program.equation_level):
         s.run[0].finite = 0
         return
     s.y[:nx], s.y[nx : nx + len(tree.v)] = tree.x, tree.v

@@ -40,8 +40,6 @@ class ExplicitRun(Record):
     """s, length of the run"""
     rtol: float
     atol: float
-    length: float
-    """m, of the model"""
     sweeps: int
     """of the accelerations in a stage; 1 where they are linear and found by one evaluation"""
     last_sweeps: int
@@ -101,6 +99,8 @@ class Steps(NamedTuple):
     """(ng,) see `project`"""
     bounds: Floats
     """(ng,) residuals, or per radian of motion their rates, at which the state is projected"""
+    lengths: Floats
+    """(ng,) m, of the bodies that an equation relates"""
     units: Floats
     """(nu,) see `project`"""
     run: Annotated[np.ndarray, ArrayOf(ExplicitRun.dtype)]

@@ -94,6 +94,7 @@ class _Run:
             third=THIRD.copy(),
             gaps=system.gaps,
             bounds=motion.bounds,
+            lengths=system.lengths.related,
             units=system.units,
             turns=self.unknowns.turns,
             balls=np.array(self.unknowns.balls, np.int64),
@@ -109,7 +110,6 @@ class _Run:
                 rtol=settings.rtol,
                 newton=NEWTON,
                 settled=np.inf if adaptive else SETTLED,
-                length=system.lengths.whole,
                 gravity=float(np.linalg.norm(system.model.gravity)),
                 adaptive=int(adaptive),
                 driven=int(any(joint.works for joint in system.model.joints)),
@@ -221,7 +221,7 @@ class Implicit(metaclass=Described):
     largest : float, s, optional
         Largest step size; default a twentieth of the simulated time.
     drift : float
-        Constraint residual, relative to the length of the assembly, at which the state is projected; for velocities
+        Constraint residual, relative to the largest body at the joint, at which the state is projected; for velocities
         relative to the fastest marker.
     formulation : Recursive
         The tree, and by which joints loops are opened.

@@ -57,8 +57,6 @@ class GoingOn(Record):
     """what it may leave of the accelerations at least; infinite: any"""
     turned: float
     """J, the largest work of drives so far"""
-    length: float
-    """m, of the model"""
     gravity: float
     """m/s2"""
     adaptive: int
@@ -94,6 +92,8 @@ class Going(NamedTuple):
     """(ng,) see `project`, as `units`"""
     bounds: Floats
     """(ng,) residuals at which the state is projected"""
+    lengths: Floats
+    """(ng,) m, of the bodies that an equation relates"""
     units: Floats
     turns: Integers
     """angles among the unknowns"""
@@ -178,7 +178,7 @@ def _closed(chart, program, work, g):
     state = State(t, g.state.q, g.state.u, g.state.a, g.state.lam, g.state.signals)
     work.weights[0].wanted = 0
     evaluate(program, state, work)
-    off = len(g.bounds) > 0 and drifted(work, state.u, g.bounds, g.run[0].length)
+    off = len(g.bounds) > 0 and drifted(work, state.u, g.bounds, g.lengths)
     if off:
         g.run[0].projections += 1
         project(program, state, work, g.right, state.q, 0.01 * g.bounds, g.gaps, g.units, 10)

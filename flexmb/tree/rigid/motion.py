@@ -220,21 +220,22 @@ def link_rates(tree, work, t, x, v):
 
 
 @kernel
-def loops_are_open(tree, work, bounds, length):
-    """Have the loops come open in the evaluation before, by more than their bounds (ng,), or their velocities, relative
-    to the fastest motion, in lengths of the model per second?
+def loops_are_open(tree, work, bounds, lengths):
+    """Have the loops come open in the evaluation before, by more than their bounds (ng,), or their velocities, per
+    radian of the fastest motion? `lengths` (ng,), m, of the bodies that an equation relates make it an angle.
     """
     c = tree.closing
-    fastest, open_by, speed = 0.0, 0.0, 0.0
+    fastest, spin = 0.0, 0.0
     for n in range(len(tree.marks)):
         marker = work.markers[tree.marks[n].marker]
         for i in range(3):
-            fastest = max(fastest, abs(marker.v[i]) / length, abs(marker.w[i]))
+            fastest, spin = max(fastest, abs(marker.v[i])), max(spin, abs(marker.w[i]))
     _closing_rates(tree, c, work, False)
     for n in range(len(c.equations)):
         k = c.equations[n]
-        open_by, speed = max(open_by, abs(work.equations[k].g) / bounds[k]), max(speed, abs(c.x[n]) / bounds[k])
-    return open_by > 1.0 or speed > fastest
+        if abs(work.equations[k].g) > bounds[k] or abs(c.x[n]) > bounds[k] * max(spin, fastest / lengths[k]):
+            return True
+    return False
 
 
 @inner_kernel
