@@ -149,7 +149,7 @@ def _followed(g0, g1, before, after, h, limits):
     """Return how much longer or shorter a step may be for an impact, and if it is to end where the contact begins."""
     floor, share = limits[0].floor, limits[0].impact
     short = 2.0 * max(abs(before), abs(after)) * h <= floor
-    if not strikes(abs(before), after, short, floor, limits[0].duration):
+    if not strikes(before, after, short, floor, limits[0].duration):
         return LONGEST, False
     slow, depth = slow_speed(limits, floor, h), max(-g0, -g1)
     fits = struck(before, after, depth, h, share, slow)

@@ -43,7 +43,8 @@ def strikes(before, after, short, floor, duration):
     """Does something strike that moves by more than `floor` in a step (else `short`), or nears faster than it can from
     rest? What is pressed from rest gets its speed by the step itself, in however short a step.
     """
-    return not short or before > STRIKING * floor / duration or 4.0 * before >= abs(after - before)
+    speed = abs(before)
+    return not short or speed > STRIKING * floor / duration or 4.0 * speed >= abs(after - before)
 
 
 @kernel

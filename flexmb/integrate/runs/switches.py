@@ -111,7 +111,7 @@ def allowed(program, sw, h, adaptive):
                 least = min(least, part + PAST * near)
                 continue
         before, after = rate_of_gap(a), rate_of_gap(b)
-        impact = follows and strikes(abs(before), after, short, floor, sw.limits[0].duration)
+        impact = follows and strikes(before, after, short, floor, sw.limits[0].duration)
         if impact and (g0 < 0.0 or g1 < 0.0 or _touched(a, b, h, g0, g1, speed)):
             share, slow, depth = sw.limits[0].impact, slow_speed(sw.limits, floor, h), max(-g0, -g1)
             fits = struck(before, after, depth, h, share, slow)
