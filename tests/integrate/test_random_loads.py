@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -108,3 +109,18 @@ def test_the_limit_beside_freedoms_that_nothing_holds(values):
     ((value, pole),) = fmb.root_locus(lambda c: cart(damping=c).with_parts(bodies=[free]), values).crossings()
     assert value == pytest.approx(0.0, abs=1e-9)
     assert pole == pytest.approx(1j * np.sqrt(K / M), abs=1e-9)
+
+
+def test_poles_that_the_matrix_has_lost_are_told():
+    """A whose pole is off by half, or twice, the damping of the plant's; 2 % of its size in a response."""
+    plant = fmb.linearize(cart(), inputs="push", outputs="x")
+    damping = -plant.poles.real.max()
+    with pytest.warns(fmb.ValidityWarning, match="damping of its pole of .* is rounded by 50%"):
+        fmb.variances(replace(plant, poles=plant.poles + 0.5j * damping), [5.0])
+    with pytest.raises(ModelError, match="whose damping is rounded away"):
+        fmb.variances(replace(plant, poles=plant.poles + 2j * damping), [5.0])
+    with pytest.warns(fmb.ValidityWarning, match="its response there is doubtful"):
+        replace(plant, poles=plant.poles * 1.02).frequency_response(1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plant.frequency_response(1.0)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,11 +25,14 @@ from flexmb.errors import FlexmbError, ModelError, ValidityWarning
 from flexmb.integrate.linear.port_slopes import signal_slopes, state_slopes
 from flexmb.integrate.linear.ports import input_ports, output_ports
 from flexmb.integrate.linear.spectrum import state_matrix
+from flexmb.told import tell
 
 __all__ = ["Plant", "plant_of"]
 
 FASTER, NOTHING, DOUBTFUL = 1.1, 1e-9, 30.0
 """A frequency beyond the fastest pole, the share of the response that is rounding there, and error bounds that are."""
+LOST = 0.01
+"""Share of the size of a pole by which the rounding of A may move it without a warning."""
 AT_REST = 1e-12
 """Speed in lengths of the model, relative to its fastest pole, that is rounding."""
 ACCURATE = 1e-5
@@ -79,6 +83,12 @@ class Plant:
         """Does no output follow the rates of an input?"""
         return not (np.any(self.D1) or np.any(self.D2))
 
+    @cached_property
+    def lost(self) -> np.ndarray:
+        """(n,), 1/s: how far every pole is from the nearest eigenvalue of A, which rounds slow poles to the fastest."""
+        found = np.linalg.eigvals(self.A) if len(self.A) else np.zeros(0, complex)
+        return np.array([np.abs(found - pole).min(initial=np.inf) for pole in self.poles])
+
     def frequency_response(self, frequencies) -> np.ndarray:
         """Return the complex amplitudes of the outputs per unit of the inputs.
 
@@ -100,6 +110,14 @@ class Plant:
         if f.ndim != 1 or not np.all(np.isfinite(f)):
             raise ModelError(
                 "Plant", found=f"frequencies = {frequencies!r}", expected="finite numbers, Hz", remedy="Correct them"
+            )
+        sizes = np.abs(self.poles)
+        gone = (self.lost > LOST * sizes) & (sizes > NOTHING * sizes.max(initial=0.0))
+        if np.any(gone):
+            tell(
+                f"Plant of model '{self.name}': its pole of {sizes[gone].min():.3g} 1/s is rounded away beside its "
+                f"fastest of {sizes.max():.3g} 1/s, and its response there is doubtful; expected: poles of like size. "
+                "Use rigid joints in the place of the stiffest springs"
             )
         unit, found = np.eye(len(self.A)), np.zeros((len(f), len(self.outputs), len(self.inputs)), complex)
         for k, w in enumerate(2.0 * np.pi * f):

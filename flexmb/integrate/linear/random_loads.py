@@ -13,6 +13,8 @@ from flexmb.told import tell
 
 __all__ = ["spectral_response", "variances"]
 
+LOST = 0.01
+"""Share of its damping by which the rounding of A may move a pole without a warning."""
 PARALLEL = 1e7
 """Condition of eigenvectors from which on they do not say what the poles do."""
 
@@ -125,3 +127,20 @@ def _require_stable(plant: Plant) -> None:
             expected="a plant that settles: only its answers to stationary loads are stationary",
             remedy="Add damping, or supports to free motions",
         )
+    if len(plant.poles):
+        worst = int(np.argmax(plant.lost / -plant.poles.real))
+        pole, fastest = abs(plant.poles[worst]), float(np.abs(plant.poles).max())
+        share = float(plant.lost[worst] / -plant.poles[worst].real)
+        if share >= 1.0:
+            raise ModelError(
+                f"Plant of model '{plant.name}'",
+                found=f"a pole of {pole:.3g} 1/s whose damping is rounded away beside the fastest, {fastest:.3g} 1/s",
+                expected="poles of like size",
+                remedy="Use rigid joints in the place of the stiffest springs",
+            )
+        if share > LOST:
+            tell(
+                f"Plant of model '{plant.name}': the damping of its pole of {pole:.3g} 1/s is rounded by {share:.0%} "
+                f"beside its fastest of {fastest:.3g} 1/s, and variances and densities with it; expected: poles of "
+                "like size. Use rigid joints in the place of the stiffest springs"
+            )
