@@ -159,7 +159,7 @@ def _fixed_modes(framed: FramedBody, asked: UpTo, joining: np.ndarray, damping: 
         modes = normal_modes(body, min(found, most), start=modes.vectors)
         best = tried(len(modes.w2))
     high = len(modes.w2)
-    while low < high:  # errors fall with every mode
+    while low < high:  # errors mostly fall with every mode: what is found meets the accuracy, fewer might meet it too
         middle = (low + high) // 2
         trial = tried(middle)
         if trial[1].relative <= asked.accuracy:

@@ -18,7 +18,7 @@ __all__ = ["rows_by_processes"]
 
 QUIET = 0.5
 """Seconds without compiling after which the first worker's kernels are taken to be there: of its processor time, since
-on a busy machine it may not have got as far as to compile."""
+by the clock it may not have got as far as to compile."""
 IDLE = 5.0
 """Seconds after which that is believed of a worker that computes nothing: it waits for something else."""
 FALSE_STARTS = 2

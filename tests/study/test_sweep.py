@@ -123,7 +123,7 @@ def test_kernels_are_compiled_once(tmp_path, monkeypatch):
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="the system does not tell")
 def test_processor_time_of_a_worker_is_what_it_computed():
-    """Not the time that passed: a busy machine may leave the first worker waiting."""
+    """Not the time that passed, in which the first worker may have waited."""
     worker = SimpleNamespace(process=SimpleNamespace(pid=os.getpid()))
     before = time.process_time()
     found = Worker.spent(worker)
