@@ -18,6 +18,7 @@ from typing import Any
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.cli.progress import ProgressBar
+from flexmb.cli.remedies import in_files_and_options
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, VERIFICATION, Log, new_run
 from flexmb.errors import DataFileError, IntegrationError
 
@@ -133,6 +134,7 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
     from flexmb import io
 
     rows, zero, shown = [], 0, getattr(warnings.showwarning, "seen", ())
+    told = solution.statistics.get("warnings", ())
     for name in solution.sensor_names:
         values = np.asarray(solution[name], float).reshape(len(solution.t), -1)
         negligible = ZERO * np.abs(values).max(initial=0.0)
@@ -143,8 +145,8 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
                 rows.append((label, *(f"{x:.6g}" for x in (column.min(), column.max(), column[-1]))))
     lines = [
         *happened(solution),
-        *(f"warning: {text}" for text in solution.statistics.get("warnings", ()) if text not in shown),
-        *(f"note: {text}" for text in solution.statistics.get("notes", ())),
+        *(f"warning: {in_files_and_options(text)}" for text in told if text not in shown),
+        *(f"note: {in_files_and_options(text)}" for text in solution.statistics.get("notes", ())),
         f"{solution.status}",
         f"{len(solution.t)} samples, t = {solution.t[0]:g} to {solution.t[-1]:g} s",
     ]

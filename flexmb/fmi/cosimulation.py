@@ -18,7 +18,7 @@ from flexmb.fmi.exchange_steps import SteppedExchange
 from flexmb.fmi.inside import output_names
 from flexmb.fmi.library import release
 from flexmb.fmi.unit_file import FATAL, Speaking, load_unit, read_unit, require_platform, what_it_is_for
-from flexmb.fmi.unit_variables import Element, UnitVariables
+from flexmb.fmi.unit_variables import Element, UnitVariables, failed_reading
 from flexmb.integrate import Stepper, stepper
 from flexmb.model.described import Described, is_number
 from flexmb.model.model import Model
@@ -161,11 +161,7 @@ class _Unit:
 
     def get_all(self, names: Collection[str]) -> list[float]:
         """Return the values of variables."""
-        told = ", ".join(f"'{name}'" for name in islice(names, 3))
-        rest = f" and {len(names) - 3} others" if len(names) > 3 else ""
-        with self._speaking(
-            f"failed when {told}{rest} were read" if len(names) > 1 else f"failed when {told} was read"
-        ):
+        with self._speaking(failed_reading(names)):
             return self.variables.get_all(names, *READABLE)
 
     def step(self, t: float, h: float) -> bool:

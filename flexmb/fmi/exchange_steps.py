@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from flexmb.errors import IntegrationError
 from flexmb.fmi.exchange_unit import ExchangeUnit
+from flexmb.fmi.unit_variables import failed_reading
 
 __all__ = ["SteppedExchange"]
 
@@ -36,7 +36,7 @@ class SteppedExchange:
 
     def get_all(self, names: Collection[str]) -> list[float]:
         """Return the values of variables."""
-        with self.unit.speaking(f"failed when {', '.join(map(repr, islice(names, 3)))} were read"):
+        with self.unit.speaking(failed_reading(names)):
             return self.unit.values(names)
 
     def set_all(self, given: Mapping[str, float]) -> None:

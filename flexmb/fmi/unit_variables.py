@@ -6,14 +6,15 @@ come 0.0 and 1.0. Elements of arrays are named "x[1]", "A[2,3]": from 1 on, by r
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexmb.errors import DataFileError, IntegrationError, ModelError, did_you_mean, listed
 
-__all__ = ["REALS", "SMOOTH", "Element", "UnitVariables", "elements_of"]
+__all__ = ["REALS", "SMOOTH", "Element", "UnitVariables", "elements_of", "failed_reading"]
 
 SMOOTH = ("Real", "Float64")
 """Reals whose differences are derivatives: those of 32 bits have seven digits."""
@@ -29,6 +30,13 @@ WHOLE = {
 NUMBERS = (*REALS, *WHOLE, "Boolean")
 MOST_NAMES = 50
 """Elements of an array up to which a message is looked for among all of them."""
+
+
+def failed_reading(names: Collection[str]) -> str:
+    """Return what a message says of a unit that fails when variables are read: the first three by name."""
+    told = ", ".join(f"'{name}'" for name in islice(names, 3))
+    rest = f" and {len(names) - 3} others" if len(names) > 3 else ""
+    return f"failed when {told}{rest} {'was' if len(names) == 1 else 'were'} read"
 
 
 class Element(NamedTuple):

@@ -11,7 +11,12 @@ __all__ = ["check_measured"]
 
 
 def check_measured(raw: Any, where: str, sensors: Iterable[str]) -> None:
-    """Raise ModelError if ``{ measured = "x" }`` somewhere in a table of a file names none of the sensors."""
+    """Raise ModelError if ``{ measured = "x" }`` somewhere in a table of a file names none of the sensors.
+
+    This is for the file that is loaded. Within the file of an assembly the sensor may be one of the file around it: a
+    name that no sensor has is told there when the model is checked or simulated, with the part that follows it
+    ("Force 'left_push': sensor 'tipp' does not exist"), not with file and table.
+    """
     known = tuple(sensors)
     for name, place in _named(raw, where):
         if name not in known and not name.lstrip().startswith("="):

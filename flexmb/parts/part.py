@@ -160,7 +160,10 @@ class Part(metaclass=Described):
             parse_modes(self.modes)
         except FlexmbError as error:
             raise ModelError(
-                self.title, found=error.found, expected=error.expected, remedy="Write modes = 8, or leave it out for 12"
+                self.title,
+                found=error.found,
+                expected=error.expected,
+                remedy='Write modes = 8 or modes = "up to 200 Hz within 1 %", or leave it out for 12',
             ) from None
 
     def reduced(self) -> ModalNeutralData:

@@ -311,3 +311,9 @@ joint = "shaker"
     assert "place z" in outputs
     assert "needed fx" in outputs  # zero
     assert "needed fz" not in outputs
+
+
+def test_the_ending_of_a_plant_is_looked_at_first(tmp_path, capsys):
+    """Before the model, which does not even exist here."""
+    assert main(["linearize", str(tmp_path / "none.toml"), "-o", "x.npz"]) == 2
+    assert "Expected: .mat" in capsys.readouterr().err

@@ -1,11 +1,14 @@
 """The high-lift report names bodies, runs and sensors that its models have: runs of minutes end well."""
 
 import runpy
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.errors import FlexmbError
 from flexmb.io.drawn_parts import drawn_parts
 from flexmb.view.labels import LAYERS
 
@@ -34,10 +37,28 @@ def test_directions_and_figures_name_runs(models):
     assert {name for figure in REPORT["FIGURES"] for name in figure.of or ()} <= set(found)
 
 
-def test_figures_name_sensors(models):
-    """A text begins with the name of a sensor; its column, or a time, follows."""
+class Constant:
+    """A run in which every sensor of a model is one: what a diagram asks of a solution."""
+
+    def __init__(self, model):
+        self.model, self.t = model, np.array([0.0, 2.0])
+        self.sensor_names = [sensor.name for sensor in model.sensors]
+
+    def column_titles(self, name):
+        return next(sensor for sensor in self.model.sensors if sensor.name == name).columns(self.model)
+
+    def __getitem__(self, name):
+        return np.ones((2, len(self.column_titles(name))))
+
+
+def test_figures_name_sensors_and_their_components(models):
+    """By the function that draws them: it refuses a sensor, a component or a divisor that no run has."""
     found, _ = models
+    runs = {name: Constant(model) for name, model in found.items()}
     for figure in REPORT["FIGURES"]:
-        names = [sensor.name for run in figure.of or found for sensor in found[run].sensors]
-        words = {*figure.y, *({figure.per} - {None, "final"})}
-        assert {word for word in words if not any(word.startswith(name) for name in names)} == set()
+        lines, *_ = figure.curves(runs)
+        assert len(lines) >= len(figure.y)
+    wrong = {"y": ["inboard_t2_flap anglee"], "per": "s2_drive strut force fxx at 0.7", "x": "inboard_t2_lever"}
+    for field, value in wrong.items():
+        with pytest.raises(FlexmbError, match="there is no sensor or component"):
+            replace(REPORT["FIGURES"][0], **{field: value}).curves(runs)

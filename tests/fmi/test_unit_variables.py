@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 import flexmb as fmb
-from flexmb.fmi.unit_variables import UnitVariables
+from flexmb.fmi.unit_variables import UnitVariables, failed_reading
 
 
 def variable(name, kind, causality="input", dimensions=(), start=None, reference=1):
@@ -110,3 +110,12 @@ def test_large_arrays_are_told_by_their_ends_and_set_by_one_call():
     (call,) = variables.unit.calls
     assert (call[1][0], call[1][1], call[1][-1]) == (2.0, 0.0, 3.0)
     assert variables.get_all(("A[1000,1000]", "A[1,1]"), "input") == [3.0, 2.0]
+
+
+def test_what_failed_to_be_read():
+    """The same words for both kinds of units: three names and how many others."""
+    assert failed_reading(["x"]) == "failed when 'x' was read"
+    assert failed_reading({"x": 0, "y": 1}) == "failed when 'x', 'y' were read"
+    assert (
+        failed_reading([f"x[{k}]" for k in range(1, 10)]) == "failed when 'x[1]', 'x[2]', 'x[3]' and 6 others were read"
+    )

@@ -3,7 +3,6 @@
 import pytest
 
 import flexmb as fmb
-from flexmb.cli import main
 from flexmb.errors import ModelError
 
 RAIL = """
@@ -61,7 +60,32 @@ def test_column_and_rate_of_a_sensor_in_a_file(file):
     assert z[-1] == pytest.approx((1.0 - 2.718281828459045**-3) / 3.0, rel=1e-4)
 
 
-def test_the_ending_of_a_plant_is_looked_at_first(tmp_path, capsys):
-    """Before the model, which does not even exist here."""
-    assert main(["linearize", str(tmp_path / "none.toml"), "-o", "x.npz"]) == 2
-    assert "Expected: .mat" in capsys.readouterr().err
+OUTER = """
+[[assembly]]
+file = "rail.toml"
+prefix = "left"
+"""
+OTHER = """
+[[sensor]]
+kind = "Position"
+name = "other"
+marker = "left_b.center"
+"""
+
+
+@pytest.mark.parametrize("name", ["tip", "other"])
+def test_sensors_within_an_assembly(file, tmp_path, name):
+    """Its own, or one of the file around it."""
+    file(f'{{ measured = {{ of = "{name}", column = 2 }} }}')
+    outer = tmp_path / "outer.toml"
+    outer.write_text(OUTER + OTHER)
+    fmb.check(fmb.load_model(outer))
+
+
+def test_a_misspelt_sensor_within_an_assembly(file, tmp_path):
+    """What neither file has is told when the model is checked, without the file."""
+    file('{ measured = { of = "tipp", column = 2 } }')
+    outer = tmp_path / "outer.toml"
+    outer.write_text(OUTER)
+    with pytest.raises(ModelError, match=r"Force 'left_push': sensor 'tipp' does not exist\. The model has: left_tip"):
+        fmb.check(fmb.load_model(outer))

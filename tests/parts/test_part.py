@@ -347,3 +347,12 @@ def test_pieces_that_do_not_meet_are_refused():
     far = parts.Line(points=[(2, 0, 0), (3, 0, 0)], section=BAR, material="steel", name="far")
     with pytest.raises(ModelError, match="2 separate pieces"):
         parts.Part(name="x", pieces=[*beam().pieces, far], interfaces={"a": "start"}).reduced()
+
+
+def test_a_misspelt_accuracy():
+    """The remedy names the text form too."""
+    for wrong in ("up to 200", "upto 200 Hz within 1 %"):
+        with pytest.raises(
+            ModelError, match=rf"Part 'beam': modes = '{wrong}'.*or modes = \"up to 200 Hz within 1 %\""
+        ):
+            beam(modes=wrong)
