@@ -199,11 +199,12 @@ class CompiledRun:
         s = self.steps
         if t > s.run[0].t and t != self.goal:
             self.goal, self.begun, s.run[0].short_steps = t, int(s.run[0].steps), 0
-        reason = PAUSED
+        reason, called = PAUSED, False
         while reason == PAUSED:
             most = self.settings.most_steps - (int(s.run[0].steps) - self.begun)
             parts = self.system.program, self.work, self.tree, s, self.switching
-            reason = direct(self, run_to)(*parts, t, most, pace.steps())
+            # the call before the first of these ended at a sample
+            reason, called = direct(self, run_to)(*parts, t, most, pace.steps(used=called)), True
             if pace.used_up:
                 break
         return reason

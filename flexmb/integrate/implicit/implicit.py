@@ -18,7 +18,7 @@ from flexmb.integrate.runs.added_error import AddedError
 from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.outcome import Outcome
-from flexmb.integrate.runs.patience import Patience
+from flexmb.integrate.runs.patience import PAUSED, Patience
 from flexmb.integrate.runs.spin_axes import new_axes
 from flexmb.integrate.runs.switches import allowed
 from flexmb.integrate.runs.switching import PassedOver, new_switching
@@ -146,7 +146,7 @@ class _Run:
         system, g, n, pace = self.system, self.going, last - first, Patience(patience)
         widths = {"q": system.nq, "u": system.nu, "a": system.nu, "lam": system.ng, "works": 3}
         rows = {"t": np.zeros(n), **{name: np.zeros((n, width)) for name, width in widths.items()}}
-        reached, failure = first, ""
+        reached, failure, reason = first, "", PAUSED
         while reached < last and not failure:
             rest = [array[reached - first :] for array in rows.values()]
             reached, reason = direct(self, run_through)(
@@ -160,7 +160,7 @@ class _Run:
                 samples,
                 reached,
                 last,
-                pace.steps(),
+                pace.steps(used=reason == PAUSED),
                 *rest,
             )
             if reason == SHORT:

@@ -34,11 +34,14 @@ class Patience:
         self._clock = 0.0
         self._steps = 1 if seconds < np.inf else ENDLESS
 
-    def steps(self) -> int:
-        """Return how many steps the next call may try, by the time that the call before has taken."""
+    def steps(self, *, used: bool = True) -> int:
+        """Return how many steps the next call may try, by the time that the call before has taken.
+
+        Where its steps were not `used` up, as a sample came first, its time is no reason to allow more of them.
+        """
         now = time.perf_counter()
         if self._clock and self._steps < ENDLESS:
-            factor = min(4.0, SLICE / max(now - self._clock, 1e-6))
+            factor = min(4.0 if used else 1.0, SLICE / max(now - self._clock, 1e-6))
             self._steps = int(np.clip(self._steps * factor, 1, MOST))
         self._clock = now
         return self._steps
