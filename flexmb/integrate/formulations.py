@@ -19,6 +19,7 @@ from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.matrices import Equations, equations_at
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import solved_accelerations
+from flexmb.system.damped_accelerations import unsolved
 from flexmb.system.mobility import equation_scale
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
@@ -28,7 +29,7 @@ FASTEST = 1e9
 RANK = 1e-10
 """Singular values below this, relative to the largest, count as zero."""
 TURNS = 40
-"""Newton iterations of friction by joint reactions, at most."""
+"""Iterations of friction by joint reactions and of forces that follow accelerations, and refinements, at most."""
 SOFT = 1e-9
 """Compliance of equations in large models, relative to G M^-1 G^T."""
 EXACT = 1e-12
@@ -148,18 +149,29 @@ class _Formulation(metaclass=Described):
 
     def accelerate(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,) at a state; its own are ignored."""
-        a, lam = self.solve(equations_at(system, state, work))
-        if system.implicit or any(force.reads_reactions for force in system.model.forces):
-            for _ in range(TURNS):
-                before = a, lam
-                a, lam = self.solve(equations_at(system, state, work, *before))
-                moved = np.max(np.abs(a - before[0]), initial=0.0) if system.implicit else 0.0
-                change = np.max(np.abs(lam - before[1]), initial=0.0)
-                if moved <= EXACT * np.max(np.abs(a), initial=1e-9) and change <= EXACT * np.max(
-                    np.abs(lam), initial=1e-9
-                ):
-                    break
-        return a, lam
+        found = self.solve(equations_at(system, state, work))
+        if not (system.implicit or any(force.reads_reactions for force in system.model.forces)):
+            return found
+        settled = self._settled(system, state, work, found)
+        if settled is None:
+            near = solved_accelerations(system, state, work)
+            settled = None if near is None else self._settled(system, state, work, near)
+        if settled is None:
+            raise unsolved(system, type(self).__name__)
+        return settled
+
+    def _settled(self, system, state, work, found) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return what the equations that are tangent to accelerations and multipliers lead to, again and again; None
+        if that does not come to rest."""
+        a, lam = found
+        for _ in range(TURNS):
+            before = a, lam
+            a, lam = self.solve(equations_at(system, state, work, *before))
+            moved = np.max(np.abs(a - before[0]), initial=0.0) if system.implicit else 0.0
+            change = np.max(np.abs(lam - before[1]), initial=0.0)
+            if moved <= EXACT * np.max(np.abs(a), initial=1e-9) and change <= EXACT * np.max(np.abs(lam), initial=1e-9):
+                return a, lam
+        return None
 
 
 @dataclass(frozen=True)

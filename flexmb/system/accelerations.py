@@ -8,9 +8,17 @@ from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened, subtrac
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.plain_loops import copy_into, largest_size
 from flexmb.math.weights import weigh
+from flexmb.system.damped_accelerations import damped_accelerations
 from flexmb.system.program import constraint_acceleration, evaluate
 
-__all__ = ["EXACT", "accelerations", "corrected_accelerations", "linear_accelerations", "solved_accelerations"]
+__all__ = [
+    "EXACT",
+    "accelerations",
+    "corrected_accelerations",
+    "is_solved",
+    "linear_accelerations",
+    "solved_accelerations",
+]
 
 EXACT = 1e-12
 """Relative change of accelerations and multipliers at which their refinement ends."""
@@ -156,19 +164,26 @@ def corrected_accelerations(program, state, work, right):
 def solved_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray] | None:
     """Return accelerations (nu,) and multipliers (ng,) at a state by the sparse factorisation; its own are ignored.
 
-    Friction by reactions, and forces that follow accelerations, are solved with them. None if it does not converge.
+    Friction by reactions, and forces that follow accelerations, are solved with them, by damped steps where whole ones
+    do not converge. None if these do not either.
     """
     nu, right = system.nu, np.zeros(system.nu + system.ng)
     # a body of hardly any inertia in some freedom leaves the first solve few digits: more of them give them back
     for sweeps in (12,) if system.redundant else (2, 12):
         own = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng))
         failed = accelerations(system.program, own, work, right, sweeps)
-        change, force = np.max(np.abs(right[:nu]), initial=0.0), np.max(np.abs(right[nu:]), initial=0.0)
-        largest = max(np.linalg.norm(system.model.gravity), np.max(np.abs(own.a), initial=0.0))
-        settled = change <= SOLVED * largest and force <= SOLVED * np.max(np.abs(own.lam), initial=0.0)
-        if failed < 0 and settled:
+        if failed < 0 and is_solved(system, own, right):
             return own.a, own.lam
-    return None
+    if not (system.implicit or any(force.reads_reactions for force in system.model.forces)):
+        return None
+    return damped_accelerations(system, state._replace(a=np.zeros(nu), lam=np.zeros(system.ng)), work)
+
+
+def is_solved(system, state, right) -> bool:
+    """Was the last correction `right` (nu + ng,) of accelerations and multipliers rounding?"""
+    change, force = np.max(np.abs(right[: system.nu]), initial=0.0), np.max(np.abs(right[system.nu :]), initial=0.0)
+    largest = max(np.linalg.norm(system.model.gravity), np.max(np.abs(state.a), initial=0.0))
+    return bool(change <= SOLVED * largest and force <= SOLVED * np.max(np.abs(state.lam), initial=0.0))
 
 
 @inner_kernel

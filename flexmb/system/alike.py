@@ -18,7 +18,7 @@ from flexmb.constraints.formula import Formula
 from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.model.model import Model
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import accelerations, is_solved
 from flexmb.system.assembly import MEETS, softened
 from flexmb.system.compile import compile
 from flexmb.system.complaints import equations_of_forces
@@ -194,6 +194,8 @@ class Alike:
         if np.any(np.abs(work.equations["g"]) > bounds):
             return None
         if accelerations(system.program, state, work, right, 12 if system.redundant else 2) >= 0:
+            return None
+        if system.implicit and not is_solved(system, state, right):
             return None
         drift, left = np.zeros((2, system.ng))
         constraint_acceleration(work, state.a, left)

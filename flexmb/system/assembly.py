@@ -11,10 +11,10 @@ from flexmb.errors import CompileError
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.block_pattern import blocks
 from flexmb.math.tables import State
-from flexmb.math.weights import weigh_mass
+from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import accelerations, is_solved, solved_accelerations
 from flexmb.system.compile import compile
 from flexmb.system.complaints import (
     equations_of_forces,
@@ -25,6 +25,7 @@ from flexmb.system.complaints import (
     singular,
     without_inertia,
 )
+from flexmb.system.damped_accelerations import unsolved
 from flexmb.system.lengths import described_lengths, velocity_units, warn_of_lost_digits
 from flexmb.system.massless import inertia_floor
 from flexmb.system.mobility import (
@@ -191,12 +192,25 @@ def _misfits(system: System, work, tolerance: float) -> dict[str, tuple[float, f
 
 
 def consistent_start(system: System, state: State, work) -> State:
-    """Return the state with consistent accelerations and multipliers."""
+    """Return the state with consistent accelerations and multipliers.
+
+    Raises
+    ------
+    CompileError
+        There are none, or forces follow accelerations that are not found.
+    """
     right = np.zeros(system.nu + system.ng)
     sweeps = 12 if system.redundant else 2
     failed = accelerations(system.program, state, work, right, sweeps)
     if failed >= 0 or not np.all(np.isfinite(state.a)):
         raise singular(system, state, work, failed)
+    if system.implicit and not is_solved(system, state, right):
+        found = solved_accelerations(system, state, work)
+        if found is None:
+            raise unsolved(system, f"Model '{system.model.name}'")
+        state.a[:], state.lam[:] = found
+        no_matrix(work.weights)
+        evaluate(system.program, state, work)
     residual, drift = np.zeros((2, system.ng))
     constraint_acceleration(work, state.a, residual)
     constraint_acceleration(work, np.zeros(system.nu), drift)

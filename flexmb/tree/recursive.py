@@ -14,6 +14,7 @@ from flexmb.math.kernel import kernel
 from flexmb.math.weights import weigh
 from flexmb.model.described import Described
 from flexmb.system.accelerations import solved_accelerations
+from flexmb.system.damped_accelerations import unsolved
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.any_body.articulated import factor
 from flexmb.tree.any_body.light_points import LightPoints
@@ -183,12 +184,7 @@ def _factorised(system, state, work) -> tuple[np.ndarray, np.ndarray]:
     """
     found = solved_accelerations(system, state, work)
     if found is None:
-        raise CompileError(
-            "Recursive",
-            found="forces that follow accelerations leave no unique accelerations, or Newton's method finds none",
-            expected="a regular mass matrix: a force -k a on a mass m makes it m + k",
-            remedy="Lower the gain of the acceleration, or sample it (Sampled)",
-        )
+        raise unsolved(system, "Recursive")
     return found
 
 

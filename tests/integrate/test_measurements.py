@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import flexmb as fmb
 from flexmb import fem, reduction
-from flexmb.errors import ModelError
+from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.matrices import tangent_at
 from flexmb.system import assemble
 from flexmb.system.program import advance, evaluate
@@ -53,6 +53,36 @@ def test_limits_of_such_a_force(integrator):
     limited = fmb.Limit(-K * fmb.measured(ACCELERATION), limits=(-0.5, 0.5))
     solution = fmb.simulate(rail(3.0 + limited, [ACCELERATION]), 0.5, samples=6, integrator=integrator)
     assert solution["a"][:, 0] == pytest.approx(np.full(6, 2.5 / MASS), rel=1e-9)
+
+
+STEEP = 3.0 - 5.0 * fmb.table(
+    [-10.0, 0.099, 0.101, 10.0], [0.0, 0.0, 1.0, 1.0], of=fmb.measured(ACCELERATION), kind="linear"
+)
+"""N, of which 5 N are taken away within 2 mm/s2: m a = F at a = 250.5 / 2502 m/s2 only, where whole steps of Newton's
+method lead from -1 to 1.5 m/s2 and back."""
+NEVER = fmb.formula("3 - where(a[0] > 0.1, 5, 0)", over={"a": ACCELERATION})
+"""N, of which 5 N are taken away at once: m a = F nowhere."""
+
+
+@pytest.mark.parametrize("integrator", (*ALL, fmb.GeneralizedAlpha(step=0.01)), ids=repr)
+def test_whole_steps_that_lead_to_and_fro(integrator):
+    solution = fmb.simulate(rail(STEEP, [ACCELERATION]), 0.5, samples=6, integrator=integrator)
+    assert solution["a"][:, 0] == pytest.approx(np.full(6, 250.5 / 2502.0), rel=1e-9)
+    assert solution["x"][-1] == pytest.approx(0.125 * 250.5 / 2502.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("formulation", (fmb.Augmented(), *FORMULATIONS), ids=repr)
+def test_formulations_find_what_there_is_and_refuse_what_is_not(formulation):
+    found = fmb.accelerations(rail(STEEP), formulation=formulation)
+    assert found["cart"][0] == pytest.approx(250.5 / 2502.0, rel=1e-12)
+    with pytest.raises(CompileError, match="leave no unique accelerations"):
+        fmb.accelerations(rail(NEVER), formulation=formulation)
+
+
+@pytest.mark.parametrize("integrator", ALL, ids=repr)
+def test_no_start_without_accelerations(integrator):
+    with pytest.raises(fmb.FlexmbError, match="leave no unique accelerations"):
+        fmb.simulate(rail(NEVER), 0.5, samples=6, integrator=integrator)
 
 
 def hanging(effort) -> fmb.Model:

@@ -24,6 +24,7 @@ from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
 from flexmb.integrate.runs.reaction_errors import shares_of_reactions
 from flexmb.integrate.runs.spin_axes import new_axes
 from flexmb.integrate.runs.switching import PassedOver, new_switching
+from flexmb.integrate.settled import settle_rows
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.direct import direct
 from flexmb.math.energies import powers
@@ -164,7 +165,7 @@ class GeneralizedAlpha(metaclass=Described):
         if known is None or known[0] is not self:
             controls = self.controls()._replace(
                 sweeps=0 if system.ng == 0 else 12 if system.redundant else 2,
-                friction=any(f.reads_reactions for f in system.model.forces),
+                friction=system.implicit or any(f.reads_reactions for f in system.model.forces),
                 trend=0.0 if system.redundant else 1.0,
             )
             known = _CONTROLS[system] = self, controls
@@ -342,6 +343,8 @@ class GeneralizedAlpha(metaclass=Described):
                 break
         if reached < last:
             rows = {name: array[: reached - first] for name, array in rows.items()}
+        if system.implicit:
+            settle_rows(system, work, rows)
         at = float(variables.own.run["t"][0])
         if reason in (0, PAUSED):
             return Outcome(rows=rows, reached=at)

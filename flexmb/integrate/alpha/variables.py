@@ -181,7 +181,7 @@ class Controls(NamedTuple):
     sweeps: int
     """to solve for the accelerations of samples, 0: of the step"""
     friction: bool
-    """forces depend on the multipliers"""
+    """forces depend on the multipliers, or on accelerations"""
     trend: float
     """1.0 if multipliers are predicted by their trend, 0.0 where dependent equations leave a part of them to chance,
     which would grow by it from step to step"""

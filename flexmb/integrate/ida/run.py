@@ -19,11 +19,12 @@ from flexmb.integrate.runs.kept_switches import JUMPED, keep_switches
 from flexmb.integrate.runs.patience import Patience
 from flexmb.integrate.runs.switches import allowed
 from flexmb.integrate.runs.switching import PassedOver, new_switching, read_switches
+from flexmb.integrate.settled import settle
 from flexmb.math.direct import direct
 from flexmb.math.energies import powers
 from flexmb.math.plain_loops import all_finite
 from flexmb.math.switches import CROSSING, DISTANCE, GAP, KINK, PIECE, TURN_GAP
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import accelerations, is_solved
 from flexmb.system.complaints import without_value, worst_equations
 from flexmb.system.mobility import equation_scale
 from flexmb.system.program import evaluate
@@ -376,6 +377,9 @@ class Run:
         system, state, works = self.system, self._state(t), self.y[-3:].copy()
         right = np.zeros(system.nu + system.ng)
         accelerations(system.program, state, self.work, right, 12 if system.redundant else 2)
+        if system.implicit and not is_solved(system, state, right):
+            end = system.nq + system.nu
+            settle(system, state, self.work, self.yp[system.nq : end].copy(), self.y[end : end + system.ng].copy())
         if self.drives.act:
             works[1] = self.drives.work
         return t, state.q, state.u, state.a, state.lam, works
