@@ -102,6 +102,8 @@ def _is_statistic(name: str, value: Any) -> bool:
     """Is this what a run writes: integers of 64 bits, shares by body and measure?"""
     if name == "share of validity":
         return isinstance(value, dict) and all(isinstance(measures, dict) for measures in value.values())
+    if name == "errors of reactions":
+        return isinstance(value, dict) and all(isinstance(share, float) for share in value.values())
     return value is not None and not (isinstance(value, int) and abs(value) >= 2**63)
 
 

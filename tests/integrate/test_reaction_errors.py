@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.integrate.runs.reaction_errors import shares_of_reactions
+from flexmb.math.weights import no_matrix
+from flexmb.system import assemble
+from flexmb.system.program import evaluate
 
 
 def ringing(x0, w, zeta=0.0, weight=0.0, unit=1.0):
@@ -51,6 +55,31 @@ def told_and_true(x0, w, seconds, rtol=1e-6, zeta=0.0, weight=0.0, unit=1.0):
     square = np.sqrt((error**2).mean() / (exact**2).mean())
     words = [note for note in solution.statistics["notes"] if "is not resolved" in note]
     return solution.statistics["errors of reactions"]["Joint 'weld'"], min(mean, square), words
+
+
+def test_where_nothing_is_carried_there_is_no_share():
+    """Multipliers that are all zero, beside those of the second motion that are not: no number, and no division."""
+    system, state = assemble(ringing(0.0, 10.0))
+    work, table = system.workspace(), np.zeros((system.ng, 4))
+    no_matrix(work.weights)
+    evaluate(system.program, state, work)
+    assert shares_of_reactions(system, work, table) == {}
+    table[:, [0, 2]] = 1e-9
+    assert shares_of_reactions(system, work, table) == {}
+    table[:, [1, 3]] = 1e-7
+    assert shares_of_reactions(system, work, table)["Joint 'weld'"] == pytest.approx(0.01)
+
+
+def test_of_a_resumed_run_the_larger_error_stays():
+    """The reactions after the cut are not those of the first part."""
+    model = ringing(1e-3, 100.0, zeta=0.02)
+    alpha = fmb.GeneralizedAlpha()
+    first = fmb.simulate(model, 0.2, samples=81, integrator=alpha)
+    shares = {**first.statistics["errors of reactions"], "Joint 'weld'": 0.7, "Joint 'gone'": 0.3}
+    first.statistics["errors of reactions"] = shares
+    for integrator in (alpha, fmb.IDA()):  # which tells none
+        rest = fmb.resume(first, 0.3, samples=121, integrator=integrator)
+        assert rest.statistics["errors of reactions"] == shares
 
 
 CASES = {

@@ -533,3 +533,16 @@ def test_what_was_not_counted_is_left_out(tmp_path):
         run.end("finished")
         run.finish(Status.finished(0.0), {"steps": None, "seconds": 2.0})
     assert Solution.load(tmp_path / "run.h5").statistics == {"seconds": 2.0}
+
+
+@pytest.mark.parametrize(
+    "value", [None, 1.0, "text", [0.1], {"Joint 'a'": "text"}, {"Joint 'a'": None}, {"Joint 'a'": {}}]
+)
+def test_errors_of_reactions_that_are_no_numbers_are_left_out(tmp_path, value):
+    """A resumed run compares them with its own."""
+    with RunFile(tmp_path / "run.h5") as run:
+        run.begin("")
+        run.append(0.0, [1.0], [0.0], [0.0], [], [0.0, 0.0, 0.0])
+        run.end("finished")
+        run.finish(Status.finished(0.0), {"errors of reactions": value, "seconds": 2.0})
+    assert Solution.load(tmp_path / "run.h5").statistics == {"seconds": 2.0}

@@ -76,6 +76,8 @@ def shares_of_reactions(system, work, table: np.ndarray) -> dict[str, float]:
             found = table[span][of_forces[span] == force].sum(axis=0)
             sums[name, force] = np.concatenate([found[:2], np.sqrt(found[2:])])
     largest = {column: max(found[column] / kinds[force] for (_, force), found in sums.items()) for column in (1, 3)}
+    if not largest[1] > 0.0:  # nothing carries anything that an error could be a share of
+        return {}
     for (name, force), found in sums.items():
         if found[ERROR] > 0.0:
             least = {column: LEAST * size * kinds[force] for column, size in largest.items()}

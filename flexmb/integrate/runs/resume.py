@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import lost_interrupts
 from flexmb.integrate.runs.phases import Phases
+from flexmb.integrate.runs.reaction_errors import OF_REACTIONS
 from flexmb.integrate.runs.reasons import require_end
 from flexmb.integrate.runs.record import Recorder
 from flexmb.integrate.runs.simulate import sample_times
@@ -110,12 +111,19 @@ def resume(
         raise
     known_before = {name: value for name, value in before.statistics.items() if is_number(value)}
     spent = known_before.get("seconds", 0.0) + time.perf_counter() - clock
-    told_before = {name: value for name, value in before.statistics.items() if isinstance(value, str)} | known_before
-    counts = together({name: told_before[name] for name in phases.statistics if name in told_before}, phases.statistics)
+    counts = together(_told(before.statistics, phases.statistics), phases.statistics)
     known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
     solution = recorder.solution(status, {**counts, **known})
     require_end(status, model, solution)
     return solution
+
+
+def _told(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the part before told of what the other tells, and its errors of reactions: numbers, words, and
+    numbers by joint."""
+    names = [*after, *(name for name in (OF_REACTIONS,) if name not in after)]
+    found = {name: before[name] for name in names if name in before}
+    return {name: value for name, value in found.items() if is_number(value) or isinstance(value, str | Mapping)}
 
 
 def _ended(before: Solution, path: Path | None) -> Solution:
