@@ -45,6 +45,20 @@ def test_trees_are_solved_by_the_recursion_and_loops_are_named():
     assert "elimination" not in fmb.simulate(chain(4), 0.01, samples=2, integrator=fmb.Explicit()).statistics
 
 
+def test_a_loop_that_opens_is_told_beside_what_was_before():
+    """Without the joint C, all bars hang in two branches from the ground."""
+    opened = four_bar().with_parts(events=[fmb.Event("opens", at=0.005, then=[fmb.Release("C")])])
+    first, then = told(opened).split("; then ")
+    assert first == told(four_bar())
+    assert then.startswith("recursion from the leaves over 6 blocks")
+
+
+def test_a_stepper_tells_it():
+    stepper = fmb.stepper(chain(4))
+    stepper.advance(to=0.01)
+    assert stepper.solution.statistics["elimination"].startswith("recursion from the leaves over 8 blocks")
+
+
 def test_the_order_of_a_tree_is_that_of_the_recursion_whatever_its_shape():
     """A body and its joint, child after child: no block leaves more than its joint and its parent behind."""
     model = chain(6)

@@ -18,7 +18,7 @@ from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.coarse_contacts import CoarseContacts
 from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.contradiction import Scratch, first_contradiction
-from flexmb.integrate.runs.counts import together
+from flexmb.integrate.runs.counts import numbers_of, together
 from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
@@ -321,7 +321,7 @@ class SteppedPhase:
         error = told_of(self.integrator, self.system, self.variables)
         added = {} if error is None else {ADDED_UP: error.number}
         self._look_at_contacts()
-        return {**self.integrator.statistics(self.variables), **added, **self.contact_counts}
+        return {**numbers_of(self.integrator, self.system, self.variables), **added, **self.contact_counts}
 
     def _look_at_contacts(self) -> None:
         found = self.contacts.look(self.system, getattr(self.variables, "switching", None))
@@ -335,7 +335,8 @@ class SteppedPhase:
             validity.look(self.system, block)
             self.energy.look(block, getattr(self.variables, "switching", None))
             self.looked = len(self.rows)
-        steps = self.statistics().get("steps", 0)
+        self._look_at_contacts()
+        steps = self.integrator.statistics(self.variables).get("steps", 0)
         error = told_of(self.integrator, self.system, self.variables)
         if error is not None and not self.error_told and (sentences := error.sentences(self.integrator)):
             self.error_told = True
