@@ -138,6 +138,11 @@ def test_what_is_not_located_is_noted():
     inside = fmb.Function(X, function=lambda t, x: np.where(np.real(x[0]) > 0.0, -3.0, 3.0) + 0.0 * x[0])
     solution = fmb.simulate(rail(inside, 0.3), 0.01, samples=2)
     assert any("Force 'motor': steps do not end where its Function" in note for note in solution.statistics["notes"])
+    for law, jumps in (("where(a[0] > 2, -1, 1)", True), ("max(a[0], 2)", False)):
+        following = fmb.formula(law, over={"a": fmb.Acceleration("a", marker="cart.x")})
+        notes = fmb.simulate(rail(following), 0.01, samples=2).statistics.get("notes", [])
+        told = [note for note in notes if "Force 'motor': steps do not end where it jumps with an acceleration" in note]
+        assert len(told) == jumps
     many = [formula(" + ".join(f"max(x - {k + n}, 0)" for k in range(0, 201, 3) if k + n < 201)) for n in range(3)]
     solution = fmb.simulate(rail(many[0] + many[1] + many[2], -0.3), 0.01, samples=2)
     assert any("have 201 kinks and jumps; steps end at the first 200" in note for note in solution.statistics["notes"])
