@@ -23,7 +23,7 @@ def is_element(array: types.Type, index: types.Type) -> bool:
         type(array) is types.Array
         and array.layout in "CA"
         and isinstance(array.dtype, (types.Number, types.Boolean, types.Record))
-        and len(places) == array.ndim
+        and len(places) == array.ndim > 0
         and all(isinstance(place, types.Integer) for place in places)
     )
 

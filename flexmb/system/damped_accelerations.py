@@ -23,7 +23,7 @@ def damped_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray] |
     """Return accelerations (nu,) and multipliers (ng,) near those of a state; None if Newton's method finds none.
 
     A step is halved until the correction that would follow, with the same matrix, is shorter: the natural
-    monotonicity test, for which units of equations do not matter (Deuflhard 2011, 3.3). Across a corner, beyond which
+    monotonicity test, for which units of equations do not matter (Deuflhard 2004). Across a corner, beyond which
     the matrix is another one, whole steps may lead to and fro for ever.
     """
     program, nu = system.program, system.nu

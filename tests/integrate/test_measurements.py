@@ -64,14 +64,14 @@ NEVER = fmb.formula("3 - where(a[0] > 0.1, 5, 0)", over={"a": ACCELERATION})
 """N, of which 5 N are taken away at once: m a = F nowhere."""
 
 
-@pytest.mark.parametrize("integrator", (*ALL, fmb.GeneralizedAlpha(step=0.01)), ids=repr)
+@pytest.mark.parametrize("integrator", [*ALL, fmb.GeneralizedAlpha(step=0.01)], ids=repr)
 def test_whole_steps_that_lead_to_and_fro(integrator):
     solution = fmb.simulate(rail(STEEP, [ACCELERATION]), 0.5, samples=6, integrator=integrator)
     assert solution["a"][:, 0] == pytest.approx(np.full(6, 250.5 / 2502.0), rel=1e-9)
     assert solution["x"][-1] == pytest.approx(0.125 * 250.5 / 2502.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("formulation", (fmb.Augmented(), *FORMULATIONS), ids=repr)
+@pytest.mark.parametrize("formulation", [fmb.Augmented(), *FORMULATIONS], ids=repr)
 def test_formulations_find_what_there_is_and_refuse_what_is_not(formulation):
     found = fmb.accelerations(rail(STEEP), formulation=formulation)
     assert found["cart"][0] == pytest.approx(250.5 / 2502.0, rel=1e-12)

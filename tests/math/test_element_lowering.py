@@ -25,6 +25,11 @@ def read_three(x, i, j, k):
 
 
 @kernel
+def read_only(x):
+    return x[()]
+
+
+@kernel
 def read_last(x):
     return x[-1, -2]
 
@@ -100,6 +105,10 @@ def test_elements_of_slices(part):
     before = row[0]
     add_to_first(row, 2.0)
     assert x[0, 0] == before + 2.0
+
+
+def test_no_axis():
+    assert read_only(np.array(2.5)) == 2.5
 
 
 def test_three_axes():

@@ -211,8 +211,10 @@ class Run:
             pattern = sparse.csc_matrix((np.ones(len(self.keys)), self.keys % n, columns), shape=(n, n))
             options = {"linsolver": "sparse", "sparsity": pattern}
             # the solver could find the Jacobian from the pattern by differences, and says that it will not; this filter
-            # stays, as filters belong to all threads
-            warnings.filterwarnings("ignore", "Custom sparse Jacobian", UserWarning)
+            # of what it says, and of nothing else, stays: filters belong to all threads, and to take it back while
+            # another thread has set some would take those back
+            said = r"Custom sparse Jacobian approximation will be ignored"
+            warnings.filterwarnings("ignore", said, UserWarning, module=r"sksundae\.ida\.")
         return Solver(
             self.residual,
             jacfn=self.jacobian,
