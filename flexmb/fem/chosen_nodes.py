@@ -44,9 +44,9 @@ def node_numbers(fe: FEModel, nodes: NodeName | Iterable[int]) -> np.ndarray:
     if isinstance(nodes, list | tuple) and nodes and all(isinstance(name, str) for name in nodes):
         return np.concatenate([_of_set(fe, name) for name in nodes])
     array = np.atleast_1d(as_array(nodes))
-    if array.dtype.kind == "f" and array.shape[-1:] == (3,) and array.ndim <= 2:
+    if (array.dtype.kind == "f" or not array.size) and array.shape[-1:] == (3,) and array.ndim <= 2:
         return np.array([_at(fe, point) for point in np.atleast_2d(array)], int)
-    if array.size and (array.dtype.kind not in "iu" or array.ndim != 1):
+    if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
         raise MeshError(
             f"FE model '{fe.name}'",
             found=f"nodes = {nodes!r:.80}",

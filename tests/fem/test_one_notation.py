@@ -167,6 +167,10 @@ def test_the_reference_of_a_link(rod):
 
 def test_no_places_at_all(rod):
     """An empty list of places is an empty list of nodes."""
+    for wrong in (np.zeros((0, 2)), np.zeros((0, 3, 3))):
+        with pytest.raises(MeshError, match="Expected: names of node sets, node numbers, or the coordinates"):
+            fem.fixed_freedoms(rod, wrong)
+    assert not fem.fixed_freedoms(rod, np.zeros((0, 3), int)).any()
     empty = np.zeros((0, 3))
     assert not fem.fixed_freedoms(rod, empty).any()
     assert fem.with_supports(rod, empty).ndof == rod.ndof
