@@ -17,6 +17,7 @@ __all__ = [
     "corrected_accelerations",
     "is_solved",
     "linear_accelerations",
+    "settled_accelerations",
     "solved_accelerations",
 ]
 
@@ -177,6 +178,20 @@ def solved_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray] |
     if not (system.implicit or any(force.reads_reactions for force in system.model.forces)):
         return None
     return damped_accelerations(system, state._replace(a=np.zeros(nu), lam=np.zeros(system.ng)), work)
+
+
+def settled_accelerations(system, state, work, right) -> bool:
+    """Return if accelerations and multipliers that `accelerations` has just written to a state solve its equations.
+
+    Where forces follow accelerations and whole steps have not settled, damped ones are tried, and what they find is
+    written to the state.
+    """
+    if not system.implicit or is_solved(system, state, right):
+        return True
+    found = solved_accelerations(system, state, work)
+    if found is not None:
+        state.a[:], state.lam[:] = found
+    return found is not None
 
 
 def is_solved(system, state, right) -> bool:

@@ -14,7 +14,7 @@ from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
-from flexmb.system.accelerations import accelerations, is_solved, solved_accelerations
+from flexmb.system.accelerations import accelerations, settled_accelerations
 from flexmb.system.compile import compile
 from flexmb.system.complaints import (
     equations_of_forces,
@@ -204,11 +204,9 @@ def consistent_start(system: System, state: State, work) -> State:
     failed = accelerations(system.program, state, work, right, sweeps)
     if failed >= 0 or not np.all(np.isfinite(state.a)):
         raise singular(system, state, work, failed)
-    if system.implicit and not is_solved(system, state, right):
-        found = solved_accelerations(system, state, work)
-        if found is None:
-            raise unsolved(system, f"Model '{system.model.name}'")
-        state.a[:], state.lam[:] = found
+    if not settled_accelerations(system, state, work, right):
+        raise unsolved(system, "Accelerations")
+    if system.implicit:
         no_matrix(work.weights)
         evaluate(system.program, state, work)
     residual, drift = np.zeros((2, system.ng))

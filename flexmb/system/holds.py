@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.errors import IntegrationError, ModelError
 from flexmb.math.weights import no_matrix
 from flexmb.model.held_block import HeldBlock
-from flexmb.system.accelerations import accelerations, is_solved, solved_accelerations
+from flexmb.system.accelerations import accelerations, settled_accelerations
 from flexmb.system.damped_accelerations import unsolved
 from flexmb.system.program import evaluate
 
@@ -125,11 +125,8 @@ def _signals(system, work, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray
     if system.implicit or system.samples_reactions:
         right = np.zeros(system.nu + system.ng)
         accelerations(system.program, state, work, right, 12 if system.redundant else 2)
-        if system.implicit and not is_solved(system, state, right):
-            found = solved_accelerations(system, state, work)
-            if found is None:
-                raise unsolved(system, f"Model '{system.model.name}'")
-            state.a[:], state.lam[:] = found
+        if not settled_accelerations(system, state, work, right):
+            raise unsolved(system, "Accelerations")
     no_matrix(work.weights)
     evaluate(system.program, state, work)
     return state.signals[:, 0]

@@ -85,6 +85,16 @@ def test_no_start_without_accelerations(integrator):
         fmb.simulate(rail(NEVER), 0.5, samples=6, integrator=integrator)
 
 
+@pytest.mark.parametrize("integrator", ALL[:4], ids=repr)
+def test_a_force_that_jumps_in_mid_run(integrator):
+    """From 0.2 s on the whole of it acts: before, a = 3 / m."""
+    late = fmb.step(1.0, at=0.2)
+    run = fmb.simulate(rail(3.0 + late * (STEEP - 3.0), [ACCELERATION]), 0.4, samples=5, integrator=integrator)
+    assert run["a"][[0, 1, 3, 4], 0] == pytest.approx([1.5, 1.5, 250.5 / 2502.0, 250.5 / 2502.0], rel=1e-9)
+    with pytest.raises(fmb.FlexmbError, match=r"at t = 0.2 s: forces that follow accelerations leave no unique"):
+        fmb.simulate(rail(3.0 + late * (NEVER - 3.0)), 0.4, samples=5, integrator=integrator)
+
+
 def hanging(effort) -> fmb.Model:
     """Return a cart with a rod that hangs from it."""
     axes = fmb.Pose.axes((0, 0, 0), z=(0, 1, 0))

@@ -31,7 +31,7 @@ from flexmb.math.energies import powers
 from flexmb.math.structures import counted
 from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.model.described import Described, is_number
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import accelerations, is_solved
 from flexmb.system.branches import branch_rates
 from flexmb.system.complaints import without_value, worst_equations
 from flexmb.system.program import advance, constraint_velocity, evaluate
@@ -359,7 +359,10 @@ class GeneralizedAlpha(metaclass=Described):
 
     def jumped(self, system, work, variables: Motions) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
-        return direct(system, take_jump)(system.program, work, variables, 12 if system.redundant else 2) < 0
+        found = direct(system, take_jump)(system.program, work, variables, 12 if system.redundant else 2) < 0
+        v = variables.own
+        now = system.state(float(v.run["t"][0]), v.q, v.body_u)._replace(a=v.body_a, lam=v.lam)
+        return found and (not system.implicit or is_solved(system, now, v.right))
 
     def held(self, system, work, variables: Motions, t: float, q: np.ndarray) -> bool:
         """Go on from the time t with values that blocks hold from then on, the last of q (nq,); return if it can."""

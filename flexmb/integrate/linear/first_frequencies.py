@@ -22,7 +22,8 @@ from flexmb.integrate.linear.linearize import linearize
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.model.model import Model
 from flexmb.system import assemble, assemble_as_drawn
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import accelerations, settled_accelerations
+from flexmb.system.damped_accelerations import unsolved
 from flexmb.system.given_state import given_state
 from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import mass_metric
@@ -113,7 +114,10 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
         )
     work = system.workspace()
     rest = system.state(state.t, state.q, np.zeros(system.nu))
-    accelerations(system.program, rest, work, np.zeros(system.nu + system.ng), 12 if system.redundant else 2)
+    right = np.zeros(system.nu + system.ng)
+    accelerations(system.program, rest, work, right, 12 if system.redundant else 2)
+    if not settled_accelerations(system, rest, work, right):
+        raise unsolved(system, "Accelerations")
     driven = driven_accelerations(system, rest, work)
     rest.a[:], rest.lam[:] = rest.a - driven[0], rest.lam - driven[1]
     tangent = tangent_at(system, rest, work)

@@ -9,7 +9,7 @@ from flexmb.integrate.linear.steady import SteadyMotion
 from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.oversights import held_by_ground
 from flexmb.math.rotations import euler_to_matrix
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import accelerations, settled_accelerations
 from flexmb.system.mobility import mass_metric
 
 __all__ = ["imbalance"]
@@ -40,8 +40,10 @@ def imbalance(
         Angular velocity of the observer for whom the motion is steady; None: each body's own.
     """
     now = state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng))
-    sweeps = 12 if system.redundant else 2
-    if accelerations(system.program, now, work, np.zeros(system.nu + system.ng), sweeps) >= 0:
+    right, sweeps = np.zeros(system.nu + system.ng), 12 if system.redundant else 2
+    if accelerations(system.program, now, work, right, sweeps) >= 0:
+        return None
+    if not settled_accelerations(system, now, work, right):
         return None
     # one that flies on, or falls freely where nothing connects it to the ground, is steady as well, turning as it does
     expected = [motion.a, _gone_round(system, now, np.zeros(3)), _gone_round(system, now, np.zeros(3), falls=True)]

@@ -25,7 +25,7 @@ from flexmb.integrate.linear.independent import velocity_slopes
 from flexmb.integrate.linear.steady import SteadyMotion, steady_motion
 from flexmb.integrate.matrices import adjoint, tangent_at
 from flexmb.math.rotations import euler_to_matrix, rotation_matrix
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import accelerations, settled_accelerations
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import advance
 
@@ -192,7 +192,10 @@ def _moved(system, state, dt: float):
     q, u = np.zeros(system.nq), state.u + dt * state.a
     advance(system.program, state.q, 0.5 * (state.u + u), dt, q)
     there = system.state(state.t + dt, q, u)
-    if accelerations(system.program, there, work, np.zeros(system.nu + system.ng), 12 if system.redundant else 2) >= 0:
+    right = np.zeros(system.nu + system.ng)
+    if accelerations(system.program, there, work, right, 12 if system.redundant else 2) >= 0:
+        return None
+    if not settled_accelerations(system, there, work, right):
         return None
     motion = steady_motion(system, there, work, known=True)
     return there, motion, coefficients(system, there, work, motion)

@@ -22,7 +22,7 @@ from flexmb.integrate.matrices import tangent_at
 from flexmb.model.signal import expression
 from flexmb.results import Phase, Solution, Status
 from flexmb.system import compile as compile_model
-from flexmb.system.accelerations import accelerations
+from flexmb.system.accelerations import accelerations, settled_accelerations
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import advance, evaluate
 
@@ -70,8 +70,9 @@ class _Probe:
         for way in ways:
             now = system.state(self.state.t, self.state.q, self.state.u + way * du)
             advance(system.program, self.state.q, dx, way, now.q)
-            sweeps = 12 if system.redundant else 4
-            if accelerations(system.program, now, self.work, np.zeros(size), sweeps) >= 0:
+            right, sweeps = np.zeros(size), 12 if system.redundant else 4
+            found = accelerations(system.program, now, self.work, right, sweeps) < 0
+            if not (found and settled_accelerations(system, now, self.work, right)):
                 raise ModelError(
                     "linearize",
                     found="the equations of motion have no solution near the state",
