@@ -61,7 +61,7 @@ def with_flexmb(at: np.ndarray, half: float, tolerance: float) -> tuple[float, i
         spent.append(time.process_time() - begin)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     told = {k: v for k, v in solution.statistics.items() if k in ("steps", "sweeps", "most contacts")}
-    print({**told, "s to begin": round(spent[1], 2), "MB at most": round(memory)})
+    print({**told, "s to begin": round(spent[1], 2), "MB at most": round(memory)}, flush=True)
     return (spent[2] - spent[1]) / (STEPS - FEW), solution.statistics["most contacts"]
 
 
@@ -89,20 +89,19 @@ def with_mujoco(at: np.ndarray, half: float) -> tuple[float, int]:
 
 
 def main() -> None:
-    """Print a line for every number of balls."""
+    """Print our time and that of MuJoCo for every number of balls, each as soon as it is known."""
     tolerance = 1e-2
     for count in [int(x) for x in sys.argv[1:]] or [125, 1000]:
         at, half = places(abs(count))
         ours, contacts = with_flexmb(at, half, tolerance)
-        if count < 0:
-            print(f"{len(at)} balls: {1e3 * ours:.2f} ms per step with at most {contacts} contacts", flush=True)
-            continue
-        theirs, others = with_mujoco(at, half)
         print(
-            f"{len(at)} balls: {1e3 * ours:.2f} ms per step with at most {contacts} contacts, tolerance {tolerance:g}; "
-            f"MuJoCo {1e3 * theirs:.2f} ms with {others}; ratio {ours / theirs:.2f}",
+            f"{len(at)} balls: {1e3 * ours:.2f} ms per step with at most {contacts} contacts, tolerance {tolerance:g}",
             flush=True,
         )
+        if count < 0:
+            continue
+        theirs, others = with_mujoco(at, half)
+        print(f"  MuJoCo: {1e3 * theirs:.2f} ms with {others}; ratio {ours / theirs:.2f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -149,9 +149,21 @@ def apply(raw, data, state, work):
                 add_point_tangent(work.pairs[int(data[at + 1])], a, b, f, K, C)
 
 
+@inner_kernel
+def _fastest(row, data, work):
+    """Return the largest speed, m/s, of the points of the stretch relative to marker a."""
+    a, square = work.markers[row.a], 0.0
+    for k in range(row.count):
+        b, one = work.markers[int(data[row.points + 3 * k])], 0.0
+        for i in range(3):
+            one += (b.v[i] - a.v[i]) ** 2
+        square = max(square, one)
+    return square**0.5
+
+
 @switch_kernel
 def switch(raw, data, state, work, out):
-    """The gap at every point of the stretch."""
+    """The gap at every point of the stretch, and the speed of the fastest one."""
     rows = raw.view(ROW)
     d = np.empty(3)
     V = np.empty(3)
@@ -159,11 +171,12 @@ def switch(raw, data, state, work, out):
     for m in range(rows.shape[0]):
         row = rows[m]
         a = work.markers[row.a]
+        fastest = _fastest(row, data, work)
         for k in range(row.count):
             _velocity(a, work.markers[int(data[row.points + 3 * k])], d, V)
             gap = out[first + k]
             gap[:] = 0.0
-            gap[7] = row.distance
+            gap[7], gap[8], gap[9] = row.distance, fastest, 1.0
             if row.against == 0:
                 gap[0], gap[1], gap[4] = GAP, d[2], V[2]
             else:
@@ -182,6 +195,9 @@ class LineContact(Force):
     the penetration of the centre line, measured from where it comes to lie: on the cylinder's radius plus `offset`. The
     plane is the x-y plane of the marker with the body below it; the axis of the cylinder is z. Lengths refer to the
     line as drawn. `ForceOf` gives the wrench on the body of the marker: the torque of a belt on its pulley.
+
+    Steps end where points begin and cease to touch, and follow their impacts. What touches with less than a tenth of
+    the speed of the fastest point of the stretch, relative to the marker, is passed over, as a belt on a pulley.
 
     Parameters
     ----------
@@ -220,10 +236,6 @@ class LineContact(Force):
     friction: float = 0.0
     transition: float = 1e-3
 
-    unseen: ClassVar[str] = (
-        "steps keep points of the line from passing through, but do not end where each begins or ceases to touch; "
-        "compare with a smaller `rtol` or `largest` where single touches matter"
-    )
     table: ClassVar[Table] = Table("LineContact", ROW, {"apply": apply, "switch": switch}, switches="count")
 
     def __post_init__(self):

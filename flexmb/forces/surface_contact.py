@@ -191,7 +191,7 @@ class SurfaceContact(Force):
             (a, at_a), (b, at_b) = (compiler.surface(surface) for surface in pair)
             most = sum(len(s.points[0]) for s in pair) if self.law.sampled else 1
             capacity = max(capacity, most + 1)
-            table.append([a, b, compiler.pair(a, b, alone=True), at_a, at_b, most, 0, 0])
+            table.append([a, b, compiler.pair(a, b, alone=True), at_a, at_b])
         at = compiler.bulk(np.array(table, float))
         numbers = self.law.numbers()
         own = {"pairs": at, "count": len(table), "crowd": 0, "switches": 2 * len(table), "capacity": capacity}
@@ -238,7 +238,7 @@ class SurfaceContact(Force):
         table = []
         for marker in self.touching_markers(compiler.model):
             branches = [compiler.branch(name) for name in self.kept_names(marker)]
-            table.append([compiler.marker(marker), branches[0], 0, 0, 0, 0, 0, 0])
+            table.append([compiler.marker(marker), branches[0], 0, 0, 0])
         at = compiler.bulk(np.array(table, float))
         own = {"pairs": at, "count": len(table), "crowd": 0, "switches": 0, "capacity": 1, "law": self.law.code}
         return {**own, **self.law.numbers()}

@@ -38,9 +38,9 @@ ROW = np.dtype(
     ],
     align=True,
 )
-PAIR_STRIDE = 8
-"""Marker of a and of b, number of the pair in the matrix, place of surface a and of b in the bulk data, most contacts,
-0, 0."""
+PAIR_STRIDE = 5
+"""Marker of a and of b, number of the pair in the matrix, place of surface a and of b in the bulk data. Of a rigid law:
+a marker and the branch of its wrench, 0, 0, 0."""
 
 
 @inner_kernel

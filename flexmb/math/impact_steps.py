@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flexmb.math.kernel import kernel
 
-__all__ = ["AT_BEGIN", "LONGEST", "SHORTEST", "fitting", "slow_speed", "strikes", "struck"]
+__all__ = ["AT_BEGIN", "LONGEST", "SHORTEST", "SLOWLY", "fitting", "slow_speed", "strikes", "struck"]
 
 LONGEST = 4.0
 """The largest growth of a step."""
@@ -13,6 +13,9 @@ SHORTEST = 0.1
 AT_BEGIN = 0.02
 """Share of the speed of an impact by which the step in which it begins may change it: its stages lie before and behind
 the kink."""
+SLOWLY = 0.1
+"""Speed at which a point of a line touches, relative to that of its fastest one, from which on it is felt: of slower
+ones, as where a belt runs onto a pulley, less than a hundredth of the energy of the line can be wrong."""
 STRIKING = 30.0
 """Times the speed that moves nothing that matters in the whole run: an impact, no body that is pressed from rest."""
 

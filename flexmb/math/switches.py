@@ -2,8 +2,10 @@
 
 A row of numbers per place: kind, path d (3), its rate d' (3), threshold, scale, weight. The kind is
 
-- GAP: a gap ``d_x - threshold``; DISTANCE: a gap ``|d| - threshold``; both are open above zero. The weight is 0.0 for
-  one of many points of a line, else 1.0; TURN_GAP: a GAP in rad, the unit of whose numbers does not follow lengths;
+- GAP: a gap ``d_x - threshold``; DISTANCE: a gap ``|d| - threshold``; both are open above zero. The weight is 1.0 where
+  steps follow an impact. The scale is 0.0, or of one of many points of a line the speed of the fastest one, m/s, by a
+  share of which a step may change that of any impact;
+  TURN_GAP: a GAP in rad, the unit of whose numbers does not follow lengths;
 - SLIP: friction with the slip d', which turns within `scale` (m/s or rad/s);
 - TURN: a rotation vector d that may not pass half a turn;
 - CROSSING: a number d_x of the user that changes its sign where a force jumps or has a kink; d'_x is its rate as far as

@@ -8,6 +8,7 @@ from flexmb.integrate.runs.formula_kinks import formula_changed
 from flexmb.integrate.runs.gaps_in_steps import first_change, gap_at, rate_of_gap
 from flexmb.integrate.runs.spells import follow_spell, forget_spell
 from flexmb.integrate.runs.switching import Switching
+from flexmb.math.impact_steps import SLOWLY
 from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.plain_loops import copy_into
 from flexmb.math.structures import numba_type
@@ -70,15 +71,16 @@ def keep_switches(sw, h):
                 sw.touched[n] += abs(b[4] - a[4]) + abs(b[5] - a[5]) + abs(b[6] - a[6])
             else:
                 g0, g1 = gap_at(a, b, h, 0.0)[0], gap_at(a, b, h, 1.0)[0]
-                changed = changed or (b[9] > 0.0 and (g0 < 0.0) != (g1 < 0.0))
                 change = abs(rate_of_gap(b) - rate_of_gap(a))
+                speed, fastest = max(abs(rate_of_gap(a)), abs(rate_of_gap(b))), max(a[8], b[8])
+                changed = changed or (b[9] > 0.0 and (g0 < 0.0) != (g1 < 0.0) and speed >= SLOWLY * fastest)
                 if g0 < 0.0 or g1 < 0.0:
                     if a[0] == GAP or a[0] == TURN_GAP or a[0] == DISTANCE:
                         sw.limits[0].closed = 1
                     sw.touched[n] += change
                 sw.spells[n].deepest = max(sw.spells[n].deepest, -g1)
                 if b[9] > 0.0 and (g0 < 0.0 or g1 < 0.0 or _within(a, b, h, g0 + g1)):
-                    follow_spell(sw.spells[n], g0, g1, change, max(abs(rate_of_gap(a)), abs(rate_of_gap(b))), h)
+                    follow_spell(sw.spells[n], g0, g1, change, speed, fastest, h)
         else:
             forget_spell(sw.spells[n])
         copy_into(sw.now[n], b)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.math.impact_steps import SLOWLY
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.structures import Record
 
@@ -50,13 +51,13 @@ def forget_spell(spell):
 
 
 @inner_kernel
-def _end_spell(spell):
-    """Compare a contact that has ended with those before.
+def _end_spell(spell, little):
+    """Compare a contact that has ended with those before, if it has changed the speed by more than is little.
 
     Of steps of different lengths those count in which the speed changes: in one of n equal ones it changes by up to
     sin(pi/2n) of the whole, if the force is a half-wave.
     """
-    if spell.change > 0.0:
+    if spell.change > little:
         steps = min(spell.steps, 0.5 * np.pi / np.arcsin(min(1.0, spell.jump / spell.change)))
         if spell.longest > 0.0:
             steps = min(steps, spell.span / spell.longest)
@@ -71,9 +72,9 @@ def _end_spell(spell):
 
 
 @kernel
-def follow_spell(spell, g0, g1, change, speed, h):
+def follow_spell(spell, g0, g1, change, speed, fastest, h):
     """Take a step from the gap g0 to g1 into account, which has changed the speed of an impact; what was closed at the
-    start is passed over.
+    start is passed over, and of a line what touches slowly beside its `fastest` point.
     """
     if g0 < 0.0 and spell.steps == 0.0:
         return
@@ -86,7 +87,7 @@ def follow_spell(spell, g0, g1, change, speed, h):
     spell.span += part * h
     spell.change += change
     spell.jump = max(spell.jump, change)
-    if change > FELT * speed:
+    if change > FELT * max(speed, fastest):
         spell.longest = max(spell.longest, h)
     if g1 >= 0.0:
-        _end_spell(spell)
+        _end_spell(spell, 2.0 * SLOWLY * fastest)

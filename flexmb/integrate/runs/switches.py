@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.integrate.runs.formula_kinks import crossed, left_piece
 from flexmb.integrate.runs.gaps_in_steps import first_change, gap_at, rate_of_gap
 from flexmb.integrate.runs.switching import Switching, read_switches
-from flexmb.math.impact_steps import AT_BEGIN, LONGEST, SHORTEST, fitting, slow_speed, strikes, struck
+from flexmb.math.impact_steps import AT_BEGIN, LONGEST, SHORTEST, SLOWLY, fitting, slow_speed, strikes, struck
 from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
@@ -104,18 +104,21 @@ def allowed(program, sw, h, adaptive):
         unseen = not short and g0 > level and g1 > level
         if unseen and g0 + g1 > 4.0 * speed * h:
             continue  # too far apart to touch
-        if unseen or (not short and adaptive and b[9] > 0.0):
+        before, after = rate_of_gap(a), rate_of_gap(b)
+        felt = max(abs(before), abs(after)) >= SLOWLY * b[8]
+        if unseen or (not short and adaptive and b[9] > 0.0 and felt):
             part = first_change(a, b, h, level)
             near = floor / (speed * h)
             if part < 1.0 - NEAR_END * near:
                 least = min(least, part + PAST * near)
                 continue
-        before, after = rate_of_gap(a), rate_of_gap(b)
         impact = follows and strikes(before, after, short, floor, sw.limits[0].duration)
         if impact and (g0 < 0.0 or g1 < 0.0 or _touched(a, b, h, g0, g1, speed)):
             share, slow, depth = sw.limits[0].impact, slow_speed(sw.limits, floor, h), max(-g0, -g1)
-            fits = struck(before, after, depth, h, share, slow)
-            if g0 > 0.0 > g1 and fits >= 1.0 and struck(before, after, depth, h, min(share, AT_BEGIN), slow) < 1.0:
+            fits = struck(before, after, depth, h, share, max(slow, share * b[8]))
+            share = min(share, AT_BEGIN)
+            begins = felt and g0 > 0.0 > g1 and fits >= 1.0
+            if begins and struck(before, after, depth, h, share, max(slow, share * b[8])) < 1.0:
                 fits = max(SHORTEST, min(0.9, first_change(a, b, h, 0.0)))
             least = min(least, fits)
     return least
