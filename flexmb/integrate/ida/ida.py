@@ -24,6 +24,9 @@ class IDA(metaclass=Described):
     velocities; the solver's own multipliers have no controlled accuracy. Where equations depend on each other, the
     constraints yield a little, so that the multipliers have a unique value.
 
+    In models of many unknowns the solver warns that it takes our Jacobian: a filter of Python's warnings for this
+    sentence of `sksundae.ida` stays in the process.
+
     Parameters
     ----------
     rtol : float, -
