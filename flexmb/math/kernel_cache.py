@@ -35,6 +35,16 @@ from flexmb.math.shipped_kernels import BASELINES, SHIPPED, lacking, why_unused
 __all__ = ["KernelCache", "kernel_folder"]
 
 FORMAT = b"flexmb kernel 3\n"
+COMPILER = (
+    "borrowing",
+    "element_lowering",
+    "kernel_library",
+    "remembered_types",
+    "spared_passes",
+    "structure_lowering",
+    "structure_type",
+)
+"""Files beside this one that make machine code of kernels, with numba."""
 CHECK = 32  # bytes of the checksum that follows
 UNUSED_DAYS = 60  # after which a file of the same kernel is removed
 
@@ -151,6 +161,7 @@ class KernelCache(_Cache):
         try:
             name = [
                 f"{FORMAT!r}, numba {numba.__version__}, Python {sys.version_info[:2]}, {settings}",
+                compiler_digest(),
                 repr(target),
                 code_digest(self._function),
                 repr(self._options),
@@ -161,6 +172,15 @@ class KernelCache(_Cache):
             return None
         digest = blake2b("\n".join(name).encode(), digest_size=16).hexdigest()
         return folder / self._function.__module__ / f"{_file_stem(self._function)}-{digest}"
+
+
+@cache
+def compiler_digest() -> str:
+    """Return a digest of our part of the compiler: other machine code has another name."""
+    found = blake2b(digest_size=16)
+    for name in COMPILER:
+        found.update(Path(__file__).with_name(f"{name}.py").read_bytes())
+    return found.hexdigest()
 
 
 @cache

@@ -4,6 +4,7 @@ import importlib
 import os
 import pickle
 import platform
+import re
 import subprocess
 import sys
 from collections import namedtuple
@@ -121,6 +122,23 @@ def test_names_of_the_fields_of_arguments_are_part_of_the_key(folder):
     again = kernel(second)
     assert again(with_fields("a b")) == 2.0
     assert hits(again) == 1
+
+
+def test_the_compiler_is_part_of_the_name(folder, monkeypatch):
+    """Its files are those that `kernel_library` imports, with their own imports, but for what names code."""
+    kernel(twice)(3.0)
+    monkeypatch.setattr(kernel_cache, "compiler_digest", lambda: "another")
+    other = kernel(twice)
+    assert other(3.0) == 6.0
+    assert hits(other) == 0
+    assert len(list(folder.rglob("*-*"))) == 2
+
+    home, reached, ahead = Path(kernel_cache.__file__).parent, set(), {"kernel_library"}
+    while ahead:
+        name = ahead.pop()
+        reached.add(name)
+        ahead |= set(re.findall(r"^from flexmb\.math\.(\w+) import", (home / f"{name}.py").read_text(), re.M)) - reached
+    assert reached - {"kernel_content"} == set(kernel_cache.COMPILER)
 
 
 @pytest.mark.slow
