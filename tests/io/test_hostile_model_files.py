@@ -45,8 +45,8 @@ CASES = {
     ),
     "column": (
         f'{STONE}[[sensor]]\nkind = "Position"\nname = "s"\nmarker = "stone.center"\n'
-        '[[event]]\nkind = "Event"\nname = "e"\nsensor = "s"\nabove = 1\ncolumn = 1.0\nthen = [{ kind = "Stop" }]',
-        r"Event 'e': column = 1\.0 of sensor 's'\. Expected: 0 to 2, a whole number",
+        '[[event]]\nkind = "Event"\nname = "e"\nsensor = "s"\nabove = 1\ncolumn = 1.5\nthen = [{ kind = "Stop" }]',
+        r"Event 'e': column = 1\.5 of sensor 's'\. Expected: 0 to 2, a whole number",
     ),
 }
 

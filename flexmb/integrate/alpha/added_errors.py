@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.integrate.alpha.variables import Apart, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import to_body_axes, turn
 from flexmb.integrate.runs.gap import begin_again, new_gap
-from flexmb.integrate.runs.reaction_errors import new_comparison
+from flexmb.integrate.runs.reaction_errors import ENDED, new_comparison
 from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import State
@@ -53,7 +53,7 @@ def taken_over(system, before: Motions, now: Motions, c: Controls) -> Motions:
     """
     now.apart.run[:] = before.apart.run
     now.corrected.run["steps"] = before.corrected.run["steps"]
-    now.apart.reactions[:] = np.nan  # the distance of the motions meets other equations: nothing is told from here on
+    now.apart.reactions[:] = ENDED  # the distance of the motions meets other equations: nothing is told from here on
     if before.own.q.shape != now.own.q.shape or before.own.u.shape != now.own.u.shape:
         begin_again(now.apart.run)
         return now

@@ -19,6 +19,8 @@ OF_REACTIONS = "errors of reactions"
 """Name in the statistics: by joint, the share of its reaction."""
 SHARE = 0.1
 """Of a reaction, on an average, from which on a note is made."""
+ENDED = -1.0
+"""In the table where nothing is compared any more."""
 LEAST = 0.01
 """Of the largest force of all joints, or moment over the model's size: joints that carry less are measured by it."""
 
@@ -52,6 +54,8 @@ def new_comparison(system) -> np.ndarray:
 def add_difference(lam, near, table):
     """Add the multipliers (ng,) that both motions have at a sample."""
     for i in range(len(lam)):
+        if table[i, SIZE] == ENDED:
+            return
         error, size = abs(lam[i] - near[i]), abs(lam[i])
         table[i, ERROR] += error
         table[i, SIZE] += size
@@ -66,7 +70,7 @@ def shares_of_reactions(system, work, table: np.ndarray) -> dict[str, float]:
     position reactions have no limit: one sample near it is most of the squares. Where a vibration has died away, what
     is left of it is most of the samples.
     """
-    if not system.ng or not np.all(np.isfinite(table)):
+    if not system.ng or np.any(table == ENDED) or not np.all(np.isfinite(table)):
         return {}
     of_forces, length, shares = equations_of_forces(system, work), float(system.lengths.whole), {}
     kinds = {True: 1.0, False: length}  # m: what makes forces moments of the same weight
