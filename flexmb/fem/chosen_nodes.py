@@ -85,7 +85,7 @@ def _of_set(fe: FEModel, name: str) -> np.ndarray:
 
 
 def _remedy(array: np.ndarray) -> str:
-    if array.dtype.kind in "iu" and array.shape[-1] == 3:
+    if array.size and array.dtype.kind in "iu" and array.shape[-1] == 3:
         return f"Write coordinates with a decimal point, {tuple(array.reshape(-1, 3)[0].astype(float).tolist())}"
     if array.dtype.kind == "f" and array.ndim == 1 and np.all(array == np.round(array)):
         return "Node numbers are whole numbers: write [0, 4], or numbers.astype(int)"

@@ -19,7 +19,7 @@ from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.matrices import Equations, equations_at
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import solved_accelerations
-from flexmb.system.damped_accelerations import unsolved
+from flexmb.system.damped_accelerations import load_sizes, unsolved
 from flexmb.system.mobility import equation_scale
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
@@ -28,6 +28,8 @@ FASTEST = 1e9
 """1/s, largest rate of a stabilisation: nothing faster than that is integrated."""
 RANK = 1e-10
 """Singular values below this, relative to the largest, count as zero."""
+ROUNDED = 1e-9
+"""Change of accelerations and multipliers, relative to them or to the loads, that may go on for ever as rounding."""
 TURNS = 40
 """Iterations of friction by joint reactions and of forces that follow accelerations, and refinements, at most."""
 SOFT = 1e-9
@@ -125,6 +127,10 @@ def _shared(e: Equations, lam: np.ndarray, a: np.ndarray) -> np.ndarray:
     return of_lam * (found - stress @ _least(stress, found))
 
 
+def _size(x: np.ndarray, least: float) -> float:
+    return max(float(np.max(np.abs(x), initial=0.0)), least, 1e-9)
+
+
 class _Formulation(metaclass=Described):
     """What the formulations share: they solve linear equations, which friction by reactions makes tangent ones."""
 
@@ -164,14 +170,17 @@ class _Formulation(metaclass=Described):
         """Return what the equations that are tangent to accelerations and multipliers lead to, again and again; None
         if that does not come to rest."""
         a, lam = found
+        loads = load_sizes(system, state, work)  # joints that carry nothing leave rounding of the loads
         for _ in range(TURNS):
             before = a, lam
             a, lam = self.solve(equations_at(system, state, work, *before))
-            moved = np.max(np.abs(a - before[0]), initial=0.0) if system.implicit else 0.0
-            change = np.max(np.abs(lam - before[1]), initial=0.0)
-            if moved <= EXACT * np.max(np.abs(a), initial=1e-9) and change <= EXACT * np.max(np.abs(lam), initial=1e-9):
+            change = float(np.max(np.abs(a - before[0]), initial=0.0)) if system.implicit else 0.0
+            share = max(
+                change / _size(a, loads[0]), float(np.max(np.abs(lam - before[1]), initial=0.0)) / _size(lam, loads[1])
+            )
+            if share <= EXACT:
                 return a, lam
-        return None
+        return (a, lam) if share <= ROUNDED else None
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.linalg import eigh
 
+from flexmb.errors import FlexmbError
+
 __all__ = ["lowest_modes"]
 
 Operator = Callable[[np.ndarray], np.ndarray]
@@ -91,6 +93,13 @@ def _orthonormal(W: np.ndarray, mass: Operator, V: np.ndarray, scale: float = 0.
         W = W - V @ (V.T @ mass(W))
         MW = mass(W)
         gram = W.T @ MW
+        if not np.all(np.isfinite(gram)):
+            raise FlexmbError(
+                "Normal modes",
+                found="products of stiffness and mass beyond the range of numbers",
+                expected="K and M of a part in SI units: squares of their entries, and of their ratios, are finite",
+                remedy="Correct the modulus, the density, sections, thicknesses and masses",
+            )
         size, vectors = eigh(0.5 * (gram + gram.T))
         floor = max(1e-14 * size[-1], (1e-13 * scale) ** 2) if len(size) else 0.0
         keep = size > floor

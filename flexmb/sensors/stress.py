@@ -71,6 +71,13 @@ class Stress(Sensor):
                 remedy="Reduce a model made by fem.solid; rigid bodies have no stress",
             )
         if self.node is None:
+            if data.n_modes and not len(_stressed(data, np.arange(len(data.nodes)))):
+                raise ModelError(
+                    self.title,
+                    found=f"body '{self.body}', whose elements are beams, rods or springs: none gives stress",
+                    expected="a body with solids or shells",
+                    remedy="Their forces and moments: results.recover.section_forces",
+                )
             return
         nodes = data.nodes_named(self.node, self.title)
         if line := next((word for word in self._words() if _is_line(data, word)), None):

@@ -8,7 +8,7 @@ from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened, subtrac
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.plain_loops import copy_into, largest_size
 from flexmb.math.weights import weigh
-from flexmb.system.damped_accelerations import damped_accelerations
+from flexmb.system.damped_accelerations import damped_accelerations, load_sizes
 from flexmb.system.program import constraint_acceleration, evaluate
 
 __all__ = [
@@ -173,7 +173,7 @@ def solved_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray] |
     for sweeps in (12,) if system.redundant else (2, 12):
         own = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng))
         failed = accelerations(system.program, own, work, right, sweeps)
-        if failed < 0 and is_solved(system, own, right):
+        if failed < 0 and is_solved(system, own, right, work):
             return own.a, own.lam
     if not (system.implicit or any(force.reads_reactions for force in system.model.forces)):
         return None
@@ -186,7 +186,7 @@ def settled_accelerations(system, state, work, right) -> bool:
     Where forces follow accelerations and whole steps have not settled, damped ones are tried, and what they find is
     written to the state.
     """
-    if not system.implicit or is_solved(system, state, right):
+    if not system.implicit or is_solved(system, state, right, work):
         return True
     found = solved_accelerations(system, state, work)
     if found is not None:
@@ -194,11 +194,18 @@ def settled_accelerations(system, state, work, right) -> bool:
     return found is not None
 
 
-def is_solved(system, state, right) -> bool:
-    """Was the last correction `right` (nu + ng,) of accelerations and multipliers rounding?"""
-    change, force = np.max(np.abs(right[: system.nu]), initial=0.0), np.max(np.abs(right[system.nu :]), initial=0.0)
+def is_solved(system, state, right, work) -> bool:
+    """Was the last correction `right` (nu + ng,) of accelerations and multipliers rounding, of them or of the loads?"""
+    change, force = (np.max(np.abs(part), initial=0.0) for part in (right[: system.nu], right[system.nu :]))
     largest = max(np.linalg.norm(system.model.gravity), np.max(np.abs(state.a), initial=0.0))
-    return bool(change <= SOLVED * largest and force <= SOLVED * np.max(np.abs(state.lam), initial=0.0))
+    if change <= SOLVED * largest and force <= SOLVED * np.max(np.abs(state.lam), initial=0.0):
+        return True
+    if not (np.isfinite(change) and np.isfinite(force)):
+        return False
+    loads = load_sizes(system, state, work)  # joints that carry nothing, and loads that balance, leave rounding
+    return bool(
+        change <= SOLVED * max(largest, loads[0]) and force <= SOLVED * max(np.max(np.abs(state.lam)), loads[1])
+    )
 
 
 @inner_kernel

@@ -195,7 +195,7 @@ class Alike:
             return None
         if accelerations(system.program, state, work, right, 12 if system.redundant else 2) >= 0:
             return None
-        if system.implicit and not is_solved(system, state, right):
+        if system.implicit and not is_solved(system, state, right, work):
             return None
         drift, left = np.zeros((2, system.ng))
         constraint_acceleration(work, state.a, left)

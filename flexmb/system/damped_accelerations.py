@@ -9,7 +9,7 @@ from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, evaluate
 
-__all__ = ["damped_accelerations", "unsolved"]
+__all__ = ["damped_accelerations", "load_sizes", "unsolved"]
 
 TURNS = 100
 """Newton's steps, at most."""
@@ -28,7 +28,7 @@ def damped_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray] |
     """
     program, nu = system.program, system.nu
     x = np.concatenate([state.a, state.lam])
-    least = float(np.linalg.norm(system.model.gravity))
+    least = load_sizes(system, state, work)
 
     def correction(of: np.ndarray, *, anew: bool) -> np.ndarray | None:
         own = state._replace(a=of[:nu].copy(), lam=of[nu:].copy())
@@ -47,7 +47,7 @@ def damped_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray] |
         step = correction(x, anew=True)
         if step is None:
             return None
-        sizes = max(least, _largest(x[:nu])), _largest(x[nu:])
+        sizes = max(least[0], _largest(x[:nu])), max(least[1], _largest(x[nu:]))
         if _largest(step[:nu]) <= SOLVED * sizes[0] and _largest(step[nu:]) <= SOLVED * sizes[1]:
             x = x + step
             return x[:nu].copy(), x[nu:].copy()
@@ -68,6 +68,27 @@ def damped_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray] |
             return None
         x = x + part * step
     return None
+
+
+def load_sizes(system, state, work) -> tuple[float, float]:
+    """Return what the loads of a state would accelerate if none balanced another, and the largest load.
+
+    Accelerations and multipliers that balance are rounding of these; what is small beside them is zero.
+    """
+    program, nu = system.program, system.nu
+    rest = state._replace(a=np.zeros(nu), lam=np.zeros(system.ng))
+    weigh(work.weights, 1.0)
+    work.weights[0].wanted = 1
+    evaluate(program, rest, work)
+    loads = np.abs(work.residual)
+    right, left = np.zeros(nu + system.ng), np.zeros(system.ng)
+    constraint_acceleration(work, rest.a, left)
+    right[:nu], right[nu:] = loads, np.abs(left)
+    gravity = float(np.linalg.norm(system.model.gravity))
+    if lu_factor(work.S, program.pattern) >= 0:
+        return gravity, _largest(loads)
+    lu_solve(work.S, program.pattern, right)
+    return max(gravity, _largest(right[:nu])), _largest(loads)
 
 
 def unsolved(system, part: str) -> CompileError:

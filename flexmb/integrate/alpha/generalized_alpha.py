@@ -362,7 +362,7 @@ class GeneralizedAlpha(metaclass=Described):
         found = direct(system, take_jump)(system.program, work, variables, 12 if system.redundant else 2) < 0
         v = variables.own
         now = system.state(float(v.run["t"][0]), v.q, v.body_u)._replace(a=v.body_a, lam=v.lam)
-        return found and (not system.implicit or is_solved(system, now, v.right))
+        return found and (not system.implicit or is_solved(system, now, v.right, work))
 
     def held(self, system, work, variables: Motions, t: float, q: np.ndarray) -> bool:
         """Go on from the time t with values that blocks hold from then on, the last of q (nq,); return if it can."""

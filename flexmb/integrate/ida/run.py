@@ -379,7 +379,7 @@ class Run:
         system, state, works = self.system, self._state(t), self.y[-3:].copy()
         right = np.zeros(system.nu + system.ng)
         accelerations(system.program, state, self.work, right, 12 if system.redundant else 2)
-        if system.implicit and not is_solved(system, state, right):
+        if system.implicit and not is_solved(system, state, right, self.work):
             end = system.nq + system.nu
             settle(system, state, self.work, self.yp[system.nq : end].copy(), self.y[end : end + system.ng].copy())
         if self.drives.act:
