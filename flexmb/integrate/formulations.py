@@ -127,8 +127,8 @@ def _shared(e: Equations, lam: np.ndarray, a: np.ndarray) -> np.ndarray:
     return of_lam * (found - stress @ _least(stress, found))
 
 
-def _size(x: np.ndarray, least: float) -> float:
-    return max(float(np.max(np.abs(x), initial=0.0)), least, 1e-9)
+def _largest(x: np.ndarray) -> float:
+    return float(np.max(np.abs(x), initial=0.0))
 
 
 class _Formulation(metaclass=Described):
@@ -170,17 +170,16 @@ class _Formulation(metaclass=Described):
         """Return what the equations that are tangent to accelerations and multipliers lead to, again and again; None
         if that does not come to rest."""
         a, lam = found
-        loads = load_sizes(system, state, work)  # joints that carry nothing leave rounding of the loads
-        for _ in range(TURNS):
+        of_a, of_lam = load_sizes(system, state, work)  # joints that carry nothing leave rounding of the loads
+        for turn in range(TURNS):
             before = a, lam
             a, lam = self.solve(equations_at(system, state, work, *before))
-            change = float(np.max(np.abs(a - before[0]), initial=0.0)) if system.implicit else 0.0
-            share = max(
-                change / _size(a, loads[0]), float(np.max(np.abs(lam - before[1]), initial=0.0)) / _size(lam, loads[1])
-            )
-            if share <= EXACT:
+            moved = _largest(a - before[0]) if system.implicit else 0.0
+            change = _largest(lam - before[1])
+            rest = EXACT if turn < TURNS - 1 else ROUNDED
+            if moved <= rest * max(_largest(a), of_a) and change <= rest * max(_largest(lam), of_lam):
                 return a, lam
-        return (a, lam) if share <= ROUNDED else None
+        return None
 
 
 @dataclass(frozen=True)
