@@ -19,7 +19,7 @@ from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.matrices import Equations, equations_at
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import solved_accelerations
-from flexmb.system.damped_accelerations import load_sizes, unsolved
+from flexmb.system.damped_accelerations import largest, load_sizes, unsolved
 from flexmb.system.mobility import equation_scale
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
@@ -30,6 +30,8 @@ RANK = 1e-10
 """Singular values below this, relative to the largest, count as zero."""
 ROUNDED = 1e-9
 """Change of accelerations and multipliers, relative to them or to the loads, that may go on for ever as rounding."""
+UNLOADED = 3
+"""Iterations without rest, after which it is looked whether what changes is rounding."""
 TURNS = 40
 """Iterations of friction by joint reactions and of forces that follow accelerations, and refinements, at most."""
 SOFT = 1e-9
@@ -127,10 +129,6 @@ def _shared(e: Equations, lam: np.ndarray, a: np.ndarray) -> np.ndarray:
     return of_lam * (found - stress @ _least(stress, found))
 
 
-def _largest(x: np.ndarray) -> float:
-    return float(np.max(np.abs(x), initial=0.0))
-
-
 class _Formulation(metaclass=Described):
     """What the formulations share: they solve linear equations, which friction by reactions makes tangent ones."""
 
@@ -170,14 +168,16 @@ class _Formulation(metaclass=Described):
         """Return what the equations that are tangent to accelerations and multipliers lead to, again and again; None
         if that does not come to rest."""
         a, lam = found
-        of_a, of_lam = load_sizes(system, state, work)  # joints that carry nothing leave rounding of the loads
+        of_a, of_lam = 0.0, 0.0
         for turn in range(TURNS):
+            if turn == UNLOADED:  # joints that carry nothing leave rounding of the loads
+                of_a, of_lam = load_sizes(system, state, work)
             before = a, lam
             a, lam = self.solve(equations_at(system, state, work, *before))
-            moved = _largest(a - before[0]) if system.implicit else 0.0
-            change = _largest(lam - before[1])
+            moved = largest(a - before[0]) if system.implicit else 0.0
+            change = largest(lam - before[1])
             rest = EXACT if turn < TURNS - 1 else ROUNDED
-            if moved <= rest * max(_largest(a), of_a) and change <= rest * max(_largest(lam), of_lam):
+            if moved <= rest * max(largest(a), of_a) and change <= rest * max(largest(lam), of_lam):
                 return a, lam
         return None
 

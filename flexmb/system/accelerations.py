@@ -8,7 +8,7 @@ from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened, subtrac
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.plain_loops import copy_into, largest_size
 from flexmb.math.weights import weigh
-from flexmb.system.damped_accelerations import damped_accelerations, load_sizes
+from flexmb.system.damped_accelerations import SOLVED, damped_accelerations, load_sizes
 from flexmb.system.program import constraint_acceleration, evaluate
 
 __all__ = [
@@ -31,8 +31,6 @@ TURNS = 4
 """Solutions with one matrix, at most, of which each refines the one before."""
 SETTLED = 1e-9
 """Relative change of the multipliers at which Newton's method, which squares it, has converged."""
-SOLVED = 1e-10
-"""Last correction of accelerations and multipliers, relative, up to which they count as solved."""
 
 
 @kernel

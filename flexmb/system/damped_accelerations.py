@@ -9,7 +9,7 @@ from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, evaluate
 
-__all__ = ["damped_accelerations", "load_sizes", "unsolved"]
+__all__ = ["SOLVED", "damped_accelerations", "largest", "load_sizes", "unsolved"]
 
 TURNS = 100
 """Newton's steps, at most."""
@@ -47,15 +47,15 @@ def damped_accelerations(system, state, work) -> tuple[np.ndarray, np.ndarray] |
         step = correction(x, anew=True)
         if step is None:
             return None
-        sizes = max(least[0], _largest(x[:nu])), max(least[1], _largest(x[nu:]))
-        if _largest(step[:nu]) <= SOLVED * sizes[0] and _largest(step[nu:]) <= SOLVED * sizes[1]:
+        sizes = max(least[0], largest(x[:nu])), max(least[1], largest(x[nu:]))
+        if largest(step[:nu]) <= SOLVED * sizes[0] and largest(step[nu:]) <= SOLVED * sizes[1]:
             x = x + step
             return x[:nu].copy(), x[nu:].copy()
         # of both kinds, relative to what they are or would become
         units = np.concatenate(
             [
-                system.units / max(sizes[0], _largest(step[:nu]), np.finfo(float).tiny),
-                np.full(system.ng, 1.0 / max(sizes[1], _largest(step[nu:]), np.finfo(float).tiny)),
+                system.units / max(sizes[0], largest(step[:nu]), np.finfo(float).tiny),
+                np.full(system.ng, 1.0 / max(sizes[1], largest(step[nu:]), np.finfo(float).tiny)),
             ]
         )
         length, part = float(np.linalg.norm(units * step)), 1.0
@@ -86,9 +86,9 @@ def load_sizes(system, state, work) -> tuple[float, float]:
     right[:nu], right[nu:] = loads, np.abs(left)
     gravity = float(np.linalg.norm(system.model.gravity))
     if lu_factor(work.S, program.pattern) >= 0:
-        return gravity, _largest(loads)
+        return gravity, largest(loads)
     lu_solve(work.S, program.pattern, right)
-    return max(gravity, _largest(right[:nu])), _largest(loads)
+    return max(gravity, largest(right[:nu])), largest(loads)
 
 
 def unsolved(system, part: str) -> CompileError:
@@ -108,5 +108,6 @@ def unsolved(system, part: str) -> CompileError:
     )
 
 
-def _largest(x: np.ndarray) -> float:
+def largest(x: np.ndarray) -> float:
+    """Return the largest size of the numbers, zero of none."""
     return float(np.max(np.abs(x), initial=0.0))

@@ -183,9 +183,7 @@ class AncfPlate(Body):
 
     @classmethod
     def rectangle(cls, name: str, *, edges, thickness, material, corner=(0.0, 0.0, 0.0), **fields) -> AncfPlate:
-        """Return a flat rectangle in the x-y plane of the body's axes, with edges (2,), m,
-        along x and y from a corner.
-        """
+        """Return a flat rectangle in the x-y plane of the body's axes: edges (2,), m, along x and y from a corner."""
         (a, b), at = edges, np.asarray(corner, float)
         points = at + np.array([[(0.0, 0.0, 0.0), (0.0, b, 0.0)], [(a, 0.0, 0.0), (a, b, 0.0)]])
         return cls(name, points=points, thickness=thickness, material=material, **fields)

@@ -13,6 +13,7 @@ from flexmb.integrate.alpha.added_errors import beside, taken_over
 from flexmb.integrate.alpha.jump import take_jump
 from flexmb.integrate.alpha.large_kernels import LARGE_KERNELS
 from flexmb.integrate.alpha.newmark import SINGULAR, STALLED, run_steps
+from flexmb.integrate.alpha.start_rates import acceleration_rate, constrained_part
 from flexmb.integrate.alpha.variables import COUNTED, AlphaRun, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
 from flexmb.integrate.extent import extents, reaches
@@ -25,16 +26,15 @@ from flexmb.integrate.runs.reaction_errors import shares_of_reactions
 from flexmb.integrate.runs.spin_axes import new_axes
 from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.integrate.settled import settle_rows
-from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.direct import direct
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
-from flexmb.math.weights import no_matrix, weigh_mass
+from flexmb.math.weights import no_matrix
 from flexmb.model.described import Described, is_number
-from flexmb.system.accelerations import accelerations, is_solved
+from flexmb.system.accelerations import is_solved
 from flexmb.system.branches import branch_rates
 from flexmb.system.complaints import without_value, worst_equations
-from flexmb.system.program import advance, constraint_velocity, evaluate
+from flexmb.system.program import constraint_velocity, evaluate
 
 __all__ = ["GeneralizedAlpha"]
 
@@ -258,7 +258,7 @@ class GeneralizedAlpha(metaclass=Described):
         h = 0.1 * scale / max(np.sqrt(a), u, pace)
         # from rest to a gentle start neither says anything yet; rates over the step found last tell when it is too long
         for _ in range(8):
-            rate = np.max(np.abs(self._acceleration_rate(system, state, work, h, world)) * extent / reach, initial=0.0)
+            rate = np.max(np.abs(acceleration_rate(system, state, work, h, world)) * extent / reach, initial=0.0)
             allowed = 0.5 * scale / max(rate ** (1.0 / 3.0), slow)
             if h <= allowed:
                 break
@@ -275,7 +275,7 @@ class GeneralizedAlpha(metaclass=Described):
         c = self.controls()
         v.run[0].last_step = v.run[0].size = h
         v.extent[system.is_state] = c.gamma / (c.beta * h)
-        rate, later = (self._acceleration_rate(system, state, work, probe, v.world) for probe in (1e-3 * h, h))
+        rate, later = (acceleration_rate(system, state, work, probe, v.world) for probe in (1e-3 * h, h))
         difference = np.max(np.abs(later - rate) * v.extent, initial=0.0)
         # rates that differ over a step belong to frequencies which the step cannot resolve: those are better damped
         if not difference <= 0.5 * np.max(np.abs(rate) * v.extent, initial=0.0):
@@ -285,42 +285,11 @@ class GeneralizedAlpha(metaclass=Described):
         constant = c.beta + 0.5 * (c.alpha_m - c.alpha_f) - 1.0 / 6.0
         rest, scratch, body_rate = np.zeros((3, system.nu))
         to_body_axes(v.world, state.q, rest, rate, scratch, body_rate)
-        v.change[:] = self._constrained_part(system, state, work, -constant * h * h * body_rate)
+        v.change[:] = constrained_part(system, state, work, -constant * h * h * body_rate)
         constraint_velocity(work, state.u + v.change, v.hidden)
         v.curve[:] = v.hidden / max(h * h, np.finfo(float).tiny)
         turn(v.world, state.q, v.change)
         v.u[:] += v.change
-
-    @staticmethod
-    def _constrained_part(system, state, work, velocity: np.ndarray) -> np.ndarray:
-        """Return the part of a velocity that the constraints determine: M x = G^T lam, G x = G velocity."""
-        right = np.zeros(system.nu + system.ng)
-        weigh_mass(work.weights)
-        evaluate(system.program, state, work)
-        constraint_velocity(work, velocity, right[system.nu :])
-        held = system.program.equation_level == 0
-        right[system.nu :] = np.where(held, right[system.nu :] - work.equations["rate"], 0.0)
-        if not system.ng or lu_factor(work.S, system.program.pattern) >= 0:
-            return np.zeros(system.nu)
-        lu_solve(work.S, system.program.pattern, right)
-        return right[: system.nu]
-
-    @staticmethod
-    def _acceleration_rate(system, state, work, probe: float, world) -> np.ndarray:
-        """Return the change of the acceleration over a time `probe` of uniformly accelerated motion, per second.
-
-        That of the frames `world` is the acceleration in W.
-        """
-        q = np.zeros(system.nq)
-        advance(system.program, state.q, state.u + 0.5 * probe * state.a, probe, q)
-        later = system.state(state.t + probe, q, state.u + probe * state.a)
-        right = np.zeros(system.nu + system.ng)
-        if accelerations(system.program, later, work, right, 12 if system.redundant else 2) >= 0:
-            return np.full(system.nu, np.inf)
-        now, then = state.a.copy(), later.a.copy()
-        to_world_axes(world, state.q, state.u.copy(), now)
-        to_world_axes(world, later.q, later.u.copy(), then)
-        return (then - now) / probe
 
     def run(
         self, system, work, variables: Motions, samples: np.ndarray, first: int, last: int, patience: float = np.inf

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import threading
 import warnings
 from typing import Any
 
@@ -12,6 +10,7 @@ import numpy as np
 from flexmb.integrate.extent import absolute_tolerance, extents
 from flexmb.integrate.ida.drive_work import WorkOfDrives
 from flexmb.integrate.ida.layout import layout
+from flexmb.integrate.ida.solver_output import OUTPUT
 from flexmb.integrate.ida.stabilised import FAR, jacobian, kinematics, residual
 from flexmb.integrate.matrices import equations_at
 from flexmb.integrate.runs.breaks import just_before
@@ -67,44 +66,6 @@ are 1.3 % of the way to and fro, and 0.17 % so."""
 
 class _NotFinite(ArithmeticError):
     """The residual is not a number: IDA itself would continue silently."""
-
-
-class _WithoutErrors:
-    """While a solver steps, standard output without what it prints about its failures: `Outcome` says it, with the
-    part's name. The output is one for all threads, so it is filtered while any solver steps.
-    """
-
-    def __init__(self):
-        self._lock, self._steps, self._target = threading.Lock(), 0, sys.stdout
-        self._own = threading.local()
-
-    def __enter__(self) -> None:
-        with self._lock:
-            if sys.stdout is not self:
-                self._target, sys.stdout = sys.stdout, self
-            self._steps += 1
-
-    def __exit__(self, *error: object) -> None:
-        with self._lock:
-            self._steps -= 1
-            if self._steps == 0 and sys.stdout is self:
-                sys.stdout = self._target
-
-    def write(self, text: str) -> int:
-        begins = text.startswith("\n[IDA")
-        if not (begins or (getattr(self._own, "ends", False) and text == "\n")):
-            self._target.write(text)
-        self._own.ends = begins  # print() writes the end of the line by itself
-        return len(text)
-
-    def flush(self) -> None:
-        self._target.flush()
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._target, name)
-
-
-_OUTPUT = _WithoutErrors()
 
 
 class Run:
@@ -290,7 +251,7 @@ class Run:
         if self.meeting or self.landing is not None:  # such steps stay before a sample, and can be taken back
             stop = min(x for x in (t, stop, self.landing) if x is not None)
         try:
-            with _OUTPUT:
+            with OUTPUT:
                 result = self.solver.step(t, method=how, tstop=stop)
         except _NotFinite as error:
             if self._shortened(error.args[0], before):
