@@ -137,6 +137,7 @@ def test_linear_analyses_ask_for_trust(pushed, verb, capsys):
 
 
 def test_a_unit_of_fmi_is_written_without_the_import(pushed):
+    pytest.importorskip("pythonfmu3")
     assert main(["fmu", str(pushed), "-o", "pushed.fmu"]) == 0
     assert not imported(pushed)
 
