@@ -33,10 +33,10 @@ LABELS = {
 }
 """Texts in the pictures, and the bodies at whose middle they are."""
 FLAPS = {
-    False: {"inboard flap": "inboard_flap_tip", "outboard flap": "outboard_flap_mid"},
-    True: {"inboard flap": "inboard_flap_beam", "outboard flap": "outboard_flap_beam"},
+    False: {"inboard flap": "inboard_flap_tip", "outboard flap": "outboard_flap_mid", "droop nose": "nose_inner"},
+    True: {"inboard flap": "inboard_flap_beam", "outboard flap": "outboard_flap_beam", "droop nose": "nose_beam"},
 }
-"""The same of the flaps, by whether they are elastic."""
+"""The same of flaps and nose, by whether they are elastic."""
 CAMERAS = dict.fromkeys(("nose", "strut E breaks"), (0.3, 1.0, 0.5))  # from outboard, into the nose
 HIDDEN = ("springs",)
 """Bushings and stops, which would stand before the parts that they hold."""

@@ -27,6 +27,8 @@ _TEXT = re.compile(r"(?:(?P<title>[^=]+?)\s*=\s*)?(?P<y>.+?)(?:\s+over\s+(?P<x>.
 DASHES = ("-", "--", ":", "-.")
 """Of the runs, one after another; colours tell the sensors apart."""
 DPI = 150
+CLOSE, MOSTLY = 0.01, 0.9
+"""Part of the height within which a curve hides another, and part of the samples at which it does."""
 FINAL = "final"
 WIDTH = 36
 """Characters of a label along the ordinate."""
@@ -108,7 +110,7 @@ class Diagram:
         per = "its last value" if self.per == FINAL else self.per
         label = f"{what} / {per}" if self.per is not None else f"{what} [{unit or '-'}]"
         label = "\n".join(textwrap.wrap(label.strip(), WIDTH))
-        return lines, label, f"{self.x or 'time'} [{x_unit or '-'}]"
+        return _seen(lines) if len(runs) == 1 else lines, label, f"{self.x or 'time'} [{x_unit or '-'}]"
 
     def _of_these(self, runs: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the runs that the diagram shows."""
@@ -153,6 +155,17 @@ class Diagram:
                 remedy='Write "strut force fx / strut force fx at 0.645"',
             )
         return float(value)
+
+
+def _seen(lines: list[Line]) -> list[Line]:
+    """Return the curves of one run; one that lies on an earlier one is dashed, or the earlier would be hidden."""
+    finite = [line.y[np.isfinite(line.y)] for line in lines]
+    height = max((float(np.ptp(y)) for y in finite if len(y)), default=0.0)
+    found: list[Line] = []
+    for line in lines:
+        under = sum(float(np.mean(np.abs(line.y - other.y) <= CLOSE * height)) > MOSTLY for other in found)
+        found.append(line._replace(dash=DASHES[under % len(DASHES)]))
+    return found
 
 
 def as_diagram(text: str | Diagram) -> Diagram:

@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.io.cell_types import flat_cells
 from flexmb.io.drawn_parts import DrawnPart
 from flexmb.io.scene import Scene
+from flexmb.view.arm_lines import arm_lines
 from flexmb.view.labels import without_overlap
 from flexmb.view.viewpoint import viewpoint
 
@@ -200,7 +201,7 @@ class Stage:
         import pyvista
 
         points, mises = self._state(part, frame)
-        connectivity, ends, types = flat_cells(part.cells)
+        connectivity, ends, types = flat_cells((*part.cells, *arm_lines(part)))
         starts = np.concatenate([[0], ends[:-1]])
         cells = np.insert(connectivity, starts, ends - starts)
         grid = pyvista.UnstructuredGrid(cells, types, points)

@@ -106,3 +106,15 @@ def test_the_report_shows_the_range_asked_for(runs, tmp_path):
     figure = page[page.index("<h2>Diagrams</h2>") : page.index("<h2>Curves</h2>")]
     assert "0.05<" in figure
     assert "1.0<" not in figure
+
+
+@pytest.mark.parametrize(("force", "dashes"), [(0.0, ["-", "--", "-"]), (9.0, ["-", "-", "-"])])
+def test_a_curve_on_another_is_dashed(force, dashes):
+    """Two stones fall alike, and would be one curve; with a force on the second they do not."""
+    stones = [fmb.PointMass(name, mass=2.0) for name in "ab"]
+    lift = fmb.PointLoad("lift", marker="b.center", force=(0, 0, force))
+    sensors = [fmb.Position(name, marker=f"{name}.center") for name in "ab"]
+    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), *stones], forces=[lift], sensors=sensors)
+    run = fmb.simulate(model, t_end=1.0, samples=11)
+    lines, *_ = as_diagram("a z, b z, a x").curves({"fall": run})
+    assert [line.dash for line in lines] == dashes
