@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from flexmb.model.modal_arrays import GeometricStiffness, InertiaInvariants, Lef
 from flexmb.model.modal_neutral_checks import checked
 from flexmb.model.numbering import Numbering
 
-__all__ = ["SCHEMA", "VERSION", "load", "read", "save", "warnings_in", "write"]
+__all__ = ["SCHEMA", "VERSION", "Kept", "kept_as", "load", "load_kept", "read", "save", "write"]
 
 Data = TypeVar("Data", bound=ModalArrays)
 
@@ -31,32 +31,49 @@ KNOWN = "stiffness left out"
 
 TOLD = "warnings given"
 """Dataset of a kept reduction: the warnings that were given as it was made."""
+KEY = "kept as"
+"""Dataset of a kept reduction: the key under which it was kept, all of what it was made from."""
 
 _GROUPS = {"invariants": InertiaInvariants, "geometric": GeometricStiffness, "left_out": LeftOutStiffness}
 _OWN = {"cells", "recipe", "node_sets", "numbering", *_GROUPS}  # written in their own way
 
 
-def save(data: ModalArrays, path: str | Path, told: Sequence[tuple[str, str]] = ()) -> Path:
+class Kept(NamedTuple, Generic[Data]):
+    """A kept reduction: its data, the warnings as (category, text), and the key; empty in a file that has none."""
+
+    data: Data
+    told: list[tuple[str, str]]
+    key: str
+
+
+def save(data: ModalArrays, path: str | Path, told: Sequence[tuple[str, str]] = (), key: str = "") -> Path:
     """Write `data` to `path` and return the path; an existing file is replaced only by a complete one.
 
-    With it go categories and texts of warnings that were given as they were made.
+    With it go categories and texts of warnings that were given as they were made, and the key of a kept reduction.
     """
     path = Path(path)
     with hdf5.writing(path, schema=SCHEMA, version=VERSION) as file:
         write(data, file)
         file.attrs[PRESSURE] = ONTO
         file.attrs[KNOWN] = "by interfaces"
-        if told:  # bytes and no attribute, which holds 64 kB at most
-            file.create_dataset(TOLD, data=np.frombuffer(json.dumps(list(told)).encode(), np.uint8))
+        if told:
+            _write_text(file, TOLD, json.dumps(list(told)))
+        if key:
+            _write_text(file, KEY, key)
     return path
 
 
-def warnings_in(path: str | Path) -> list[tuple[str, str]]:
-    """Return categories and texts of the warnings in a file of `save`."""
+def load_kept(path: str | Path, kind: type[Data]) -> Kept[Data]:
+    """Read what `save` wrote with warnings and key; DataFileError as of `load`."""
     with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
-        if TOLD not in file:
-            return []
-        return [(str(c), str(text)) for c, text in json.loads(np.asarray(file[TOLD][()], np.uint8).tobytes())]
+        told = [(str(category), str(text)) for category, text in json.loads(_text(file, TOLD) or "[]")]
+        return Kept(read(file, kind), told, _text(file, KEY))
+
+
+def kept_as(path: str | Path) -> tuple[str, str]:
+    """Return the name of the body in a file of `save`, and its key; DataFileError as of `load`."""
+    with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
+        return str(json.loads(file.attrs["name"])), _text(file, KEY)
 
 
 def load(path: str | Path, kind: type[Data]) -> Data:
@@ -89,9 +106,8 @@ def write(data: ModalArrays, group) -> None:
             matrices = group.create_group(name)
             for field in fields(record):
                 _write_array(matrices, field.name, getattr(record, field.name))
-    if data.recipe:  # bytes and no attribute, which holds 64 kB at most
-        text = json.dumps(data.recipe, default=_plain).encode()
-        group.create_dataset("recipe", data=np.frombuffer(text, np.uint8))
+    if data.recipe:
+        _write_text(group, "recipe", json.dumps(data.recipe, default=_plain))
     cells = group.create_group("cells")
     for number, (cell_type, connectivity) in enumerate(data.cells):
         block = _write_array(cells, str(number), np.asarray(connectivity))
@@ -142,7 +158,7 @@ def read(group, kind: type[Data]) -> Data:
     if "invariants" not in values:
         raise KeyError("'invariants' is missing")
     if "recipe" in group:
-        recipe = json.loads(np.asarray(group["recipe"][()], np.uint8).tobytes())
+        recipe = json.loads(_text(group, "recipe"))
         values["recipe"] = recipe if isinstance(recipe, dict) else {}
     blocks = group["cells"]
     values["cells"] = tuple(
@@ -205,6 +221,16 @@ def _write_array(group, name: str, array: np.ndarray):
     return group.create_dataset(
         name, data=array, **({"compression": "gzip", "compression_opts": 1, "shuffle": True} if large else {})
     )
+
+
+def _write_text(group, name: str, text: str) -> None:
+    """Write a text as bytes: an attribute holds 64 kB at most."""
+    _write_array(group, name, np.frombuffer(text.encode(), np.uint8))
+
+
+def _text(group, name: str) -> str:
+    """Return a text that was written as bytes; empty if there is none."""
+    return np.asarray(group[name][()], np.uint8).tobytes().decode() if name in group else ""
 
 
 def _plain(value):

@@ -18,7 +18,7 @@ from flexmb.files import remove_parts
 from flexmb.lock import Lock
 from flexmb.math.kernel_cache import user_cache
 from flexmb.model.modal_neutral_data import ModalNeutralData
-from flexmb.model.modal_neutral_file import save, warnings_in
+from flexmb.model.modal_neutral_file import kept_as, load_kept, save
 from flexmb.parts.watchers import tell_made, tell_progress, tell_taken, tell_trouble
 from flexmb.told import Told, listening, repeat
 
@@ -35,12 +35,23 @@ LOOK = 0.1
 
 
 class BodyCache(NamedTuple):
-    """An entry of the cache: name of the part, file, bytes, and time of its last use (s since 1970)."""
+    """An entry of the cache: name of the part, file, bytes, and time of its last use (s since 1970).
+
+    The name is that of the body in the file; where it cannot be read, that of the file. `wrong` says what is damaged,
+    or belongs to another name, and is not taken; empty for a good entry. `current` is False for one of other code.
+    """
 
     name: str
     path: Path
     size: int
     used: float
+    wrong: str = ""
+    current: bool = True
+
+    @property
+    def names(self) -> set[str]:
+        """The names of what is in the file and of the file; they differ where something is wrong."""
+        return {self.name, _named(self.path)}
 
 
 def body_folder() -> Path:
@@ -63,18 +74,19 @@ def kept(name: str, recipe: dict[str, Any], make: Callable[[], ModalNeutralData]
     """Return the data of a recipe from the cache, or make and keep them.
 
     Of several processes that want the same part one makes it, the others wait. Warnings that were given as it was made
-    are given again whenever it is taken. A damaged entry is made again. Where
-    nothing can be kept, because the disk is full or the folder may not be written, the data are made and used.
+    are given again whenever it is taken. The file holds the whole recipe: an entry of another one, and a damaged entry,
+    are made again. Where nothing can be kept, because the disk is full or the folder may not be written, the data are
+    made and used.
     """
     recipe["release"] = release()
-    text = json.dumps(recipe, sort_keys=True)
-    path = body_folder() / f"{_safe(name)}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.h5"
-    found = _stored(name, path)
+    key = json.dumps(recipe, sort_keys=True)
+    path = body_folder() / _file_name(name, key)
+    found = _stored(name, path, key)
     if found is not None:
         tell_taken(name)
         return found
     with _turn(name, path) as may_write:
-        found = _stored(name, path)  # made by another one meanwhile
+        found = _stored(name, path, key)  # made by another one meanwhile
         if found is not None:
             tell_taken(name)
             return found
@@ -83,7 +95,7 @@ def kept(name: str, recipe: dict[str, Any], make: Callable[[], ModalNeutralData]
             data = make()
         if may_write:
             try:
-                save(data, path, [(category.__name__, text) for category, text in dict.fromkeys(told)])
+                save(data, path, [(category.__name__, text) for category, text in dict.fromkeys(told)], key)
                 _trim(path)
             except (DataFileError, OSError) as error:
                 tell_trouble(name, f"it could not be kept for the next time: {error}")
@@ -92,42 +104,72 @@ def kept(name: str, recipe: dict[str, Any], make: Callable[[], ModalNeutralData]
 
 
 def kept_bodies() -> list[BodyCache]:
-    """Return what the cache holds, last used first."""
-    entries = []
-    for path in body_folder().glob("*-*.h5"):
-        with suppress(OSError):  # removed meanwhile
-            info = path.stat()
-            entries.append(BodyCache(path.stem.rpartition("-")[0], path, info.st_size, info.st_mtime))
-    return sorted(entries, key=lambda entry: -entry.used)
+    """Return what the cache holds, last used first; every file is read for what it is, whatever its name says."""
+    return [entry._replace(**_looked_at(entry)) for entry in _entries()]
 
 
 def clear_bodies(names: tuple[str, ...] = ()) -> list[BodyCache]:
-    """Remove all entries, or the entries of parts with these names, and return what was removed."""
+    """Remove all entries, or the entries of parts with these names, and return what was removed.
+
+    A file whose content is another part than its name says goes by both names.
+    """
     removed = []
-    for entry in kept_bodies():
-        if not names or entry.name in names:
-            entry.path.unlink(missing_ok=True)
-            removed.append(entry)
+    for entry in kept_bodies() if names else _entries():
+        if not names or entry.names & set(names):
+            with suppress(IsADirectoryError, PermissionError):  # no file of ours
+                entry.path.unlink(missing_ok=True)
+                removed.append(entry)
     if not names and body_folder().is_dir():
         remove_parts(body_folder())
     return removed
 
 
-def _stored(name: str, path: Path) -> ModalNeutralData | None:
-    """Return the data of an entry; one that is damaged is dropped."""
+def _entries() -> list[BodyCache]:
+    """Return the files of the cache by their names, last used first; none is opened."""
+    entries = []
+    for path in body_folder().glob("*-*.h5"):
+        with suppress(OSError):  # removed meanwhile
+            info = path.stat()
+            entries.append(BodyCache(_named(path), path, info.st_size, info.st_mtime))
+    return sorted(entries, key=lambda entry: -entry.used)
+
+
+def _looked_at(entry: BodyCache) -> dict[str, Any]:
+    """Return name and state of an entry by its content."""
+    try:
+        name, key = kept_as(entry.path)
+    except (DataFileError, OSError) as error:
+        found = error.found if isinstance(error, DataFileError) else error
+        return {"wrong": f"damaged: {found}"}
+    if not key:
+        return {"name": name, "wrong": "foreign: a reduced body that the cache did not keep"}
+    if entry.path.name != _file_name(name, key):
+        return {"name": name, "wrong": f"foreign: part '{name}' under the name of another entry, '{entry.name}'"}
+    return {"name": name, "current": json.loads(key).get("release") == release()}
+
+
+def _stored(name: str, path: Path, key: str) -> ModalNeutralData | None:
+    """Return the data of an entry; one that is damaged, or of another key, is dropped."""
     if not path.is_file():
         return None
     try:
-        data, told = ModalNeutralData.load(path), warnings_in(path)
+        found = load_kept(path, ModalNeutralData)
+        if found.key != key:
+            what = f"holds part '{found.data.name}' of another description" if found.key else "was not kept by it"
+            return _dropped(name, path, f"its entry in the cache {what}, and is made again ({path})")
     except (DataFileError, OSError) as error:
-        with suppress(OSError):
-            path.unlink(missing_ok=True)
-        tell_trouble(name, f"its entry in the cache was damaged and is made again ({error})")
-        return None
+        return _dropped(name, path, f"its entry in the cache was damaged and is made again ({error})")
     with suppress(OSError):
         os.utime(path)
-    repeat(Told(CATEGORIES.get(category, UserWarning), text) for category, text in told)
-    return data
+    repeat(Told(CATEGORIES.get(category, UserWarning), text) for category, text in found.told)
+    return found.data
+
+
+def _dropped(name: str, path: Path, why: str) -> None:
+    """Remove an entry that is not what it should be, and tell."""
+    with suppress(OSError):
+        path.unlink(missing_ok=True)
+    tell_trouble(name, why)
 
 
 @contextmanager
@@ -154,10 +196,20 @@ def _turn(name: str, path: Path):
 def _trim(newest: Path) -> None:
     """Remove what was not used for longest until the folder holds no more than it may."""
     total = 0
-    for entry in kept_bodies():
+    for entry in _entries():
         total += entry.size
         if total > BYTES and entry.path != newest:
             entry.path.unlink(missing_ok=True)
+
+
+def _file_name(name: str, key: str) -> str:
+    """Return the file of a part and a key."""
+    return f"{_safe(name)}-{hashlib.sha256(key.encode()).hexdigest()[:32]}.h5"
+
+
+def _named(path: Path) -> str:
+    """Return the part that the name of a file says."""
+    return path.stem.rpartition("-")[0]
 
 
 def _safe(name: str) -> str:
