@@ -2,6 +2,7 @@
 
 Examples:
   flexmb plot runs/p55 "C force" -o force.png
+  flexmb plot runs/p55 "C force fx" "tip dz"
   flexmb plot runs/rigid "flap angle" --over "lever angle" --with runs/elastic
   flexmb plot runs/broken "t1_strut force fx" "t2_strut force fx" --per "t1_strut force fx at 0.645"
 """
@@ -21,7 +22,7 @@ SUMMARY = "plot sensors of a run folder over time or over one another"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", help="run folder")
     add_trust(parser)
-    parser.add_argument("sensor", nargs="*", help="names of sensors; default: all")
+    parser.add_argument("sensor", nargs="*", help='sensors, or columns of them: "tip", "tip dz"; default: all')
     parser.add_argument("--over", metavar="SENSOR", help="abscissa, instead of time")
     parser.add_argument("--per", metavar="DIVISOR", help='a number in SI units, or "SENSOR at TIME"')
     parser.add_argument(
@@ -44,8 +45,11 @@ def execute(arguments: argparse.Namespace) -> int:
     target = Path(arguments.out) if arguments.out else Path(arguments.run) / f"{title}.png"
     if arguments.over or arguments.per or arguments.others:
         runs = {path: open_run(path, trust=arguments.trust) for path in arguments.others}
-        wanted = [view.Diagram(y=tuple(names) or solution.sensor_names, x=arguments.over, per=_divisor(arguments.per))]
-        print(f"Plot: {view.draw_diagrams({arguments.run: solution, **runs}, wanted, target)}")
+        all_runs = {arguments.run: solution, **runs}
+        wanted = [
+            view.Diagram(y=y, x=arguments.over, per=_divisor(arguments.per)) for y in view.of_one_unit(all_runs, names)
+        ]
+        print(f"Plot: {view.draw_diagrams(all_runs, wanted, target)}")
         return 0
     print(f"Plot: {view.plot(solution, names or None, target)}")
     return 0

@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.described import Described, is_number, whole
 from flexmb.model.kinds import Part
+from flexmb.model.sensor_columns import found_in
 
 __all__ = ["Action", "Event"]
 
@@ -36,13 +37,13 @@ class Event(Part):
     ----------
     name : str
     sensor : str, optional
-        Name of the sensor to watch.
+        The sensor to watch, or a column of one: "force fx".
     above, below : float, in the sensor's unit
         The event happens when the value rises above, or falls below this.
     at : float, s
         The event happens at this time (without a sensor).
     column : int, optional
-        Column of a sensor with several values.
+        Number of the column of a sensor with several values, if `sensor` does not say it.
     then : Release, Lock, Unlock, Stop, Change or Impact, or a sequence of them
         What happens, in this order.
     repeats : bool
@@ -94,20 +95,24 @@ class Event(Part):
         """Raise ModelError if the sensor, or what the actions name, does not exist."""
         if self.sensor is not None:
             sensors = {s.name: s for s in model.sensors}
-            if self.sensor not in sensors:
+            found = found_in(model, self.sensor)
+            if found is None:
                 raise ModelError(
                     self.title,
                     found=f"sensor '{self.sensor}' does not exist",
                     expected=f"The model has: {listed(self.sensor, sorted(sensors))}",
                     remedy=did_you_mean(self.sensor, sensors) or "Add the sensor to the model",
                 )
-            columns = len(sensors[self.sensor].columns(model))
-            column = 0 if self.column is None and columns == 1 else self.column
-            if not isinstance(column, int | np.integer) or isinstance(column, bool) or not 0 <= column < columns:
+            sensor, own = found
+            columns = len(sensor.columns(model))
+            column = own if own is not None else 0 if columns == 1 else None
+            column = column if self.column is None else self.column
+            whole_number = isinstance(column, int | np.integer) and not isinstance(column, bool)
+            if not whole_number or own not in (None, column) or not 0 <= column < columns:
                 raise ModelError(
                     self.title,
                     found=f"column = {self.column!r} of sensor '{self.sensor}'",
-                    expected=f"0 to {columns - 1}, a whole number: {', '.join(sensors[self.sensor].columns(model))}",
+                    expected=f"0 to {columns - 1}, a whole number: {', '.join(sensor.columns(model))}",
                     remedy="Say which column is watched",
                 )
         for action in self.then:

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 from flexmb.errors import ModelError, did_you_mean, listed
+from flexmb.model.model import Model
+from flexmb.model.sensor_columns import found_in
 
 __all__ = ["check_measured"]
 
 
-def check_measured(raw: Any, where: str, sensors: Iterable[str]) -> None:
-    """Raise ModelError if ``{ measured = "x" }`` somewhere in a table of a file names none of the sensors.
+def check_measured(raw: Any, where: str, model: Model) -> None:
+    """Raise ModelError if ``{ measured = "x" }`` somewhere in a table of a file names none of the sensors or columns.
 
     This is for the file that is loaded. Within the file of an assembly the sensor may be one of the file around it: a
     name that no sensor has is told there when the model is checked or simulated, with the part that follows it
     ("Force 'left_push': sensor 'tipp' does not exist"), not with file and table.
     """
-    known = tuple(sensors)
     for name, place in _named(raw, where):
-        if name not in known and not name.lstrip().startswith("="):
+        if not name.lstrip().startswith("=") and found_in(model, name) is None:
+            known = tuple(sensor.name for sensor in model.sensors)
             raise ModelError(
                 place,
                 found=f"sensor '{name}' does not exist",

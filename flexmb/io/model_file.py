@@ -192,7 +192,7 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
         raise located(error, path.name) from None
     for table in () if chain else kind_lists.FAMILIES:  # sensors of an assembly may be those of the file around it
         for where, raw in _present(tables, table, context):
-            check_measured(raw, where, [sensor.name for sensor in made.sensors])
+            check_measured(raw, where, made)
     return made
 
 

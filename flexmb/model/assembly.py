@@ -51,6 +51,8 @@ _MARKER_REFERENCES = (
     "of",
     "through",
 )
+_READS = ("sensor", "sensors", "of")
+"""Fields that may name a column of a sensor."""
 _WORLD_VECTORS = ("velocity", "angular_velocity")
 
 
@@ -228,8 +230,8 @@ def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
                 return f"{GROUND}.{prefix}_{marker}"
             if dot and body in names:
                 return f"{prefix}_{value}"
-        if field in (*_PART_REFERENCES, *_MARKER_REFERENCES) and value in names:
-            return f"{prefix}_{value}"
+        if field in (*_PART_REFERENCES, *_MARKER_REFERENCES):
+            return _prefixed(value, prefix, names, field in _READS)
         return value
     if isinstance(value, tuple | list):
         new = [_renamed(field, entry, prefix, names) for entry in value]
@@ -252,8 +254,14 @@ def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
     return value
 
 
+def _prefixed(value: str, prefix: str, names: set[str], column: bool) -> str:
+    """Return a name with the prefix if a part has it, or with `column` if it is a column of one: "tip dz"."""
+    named = value in names or (column and any(value.startswith(f"{name} ") for name in names))
+    return f"{prefix}_{value}" if named else value
+
+
 def _measured(given: Any, prefix: str, names: set[str]) -> Any:
     """Return a sensor, or the name of one, with the names of parts and markers prefixed."""
     if isinstance(given, str):
-        return f"{prefix}_{given}" if given in names else given
+        return _prefixed(given, prefix, names, column=True)
     return replace(given, **{name: _renamed(name, value, prefix, names) for name, value in given.fields().items()})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from flexmb.errors import FlexmbError, ValidityWarning, did_you_mean, listed
 from flexmb.files import check_folder, complaints, replacing
 from flexmb.lock import Lock
 from flexmb.model.kinds import Sensor
+from flexmb.model.sensor_columns import SensorColumn, columns_named, sensor_columns
 from flexmb.results.interpolation import instant_at
 from flexmb.results.phase import INPUTS, Instant, Phase
 from flexmb.results.read_file import read_solution_file
@@ -31,8 +32,9 @@ NEGLIGIBLE = 1e-9
 class Solution:
     """The samples of a simulation, phase by phase, and every sensor's values over time.
 
-    ``solution["bow"]`` are the values of the sensor named "bow", (nt,) or (nt, k), at the times ``solution.t``; a
-    sensor that is not in the model can be asked directly: ``solution[flexmb.Position("x", marker="crank.A")]``.
+    ``solution["bow"]`` are the values of the sensor named "bow", (nt,) or (nt, k), at the times ``solution.t``,
+    ``solution["bow z"]`` one column of it, (nt,); a sensor that is not in the model can be asked directly:
+    ``solution[flexmb.Position("x", marker="crank.A")]``.
     Values are evaluated when they are asked for and kept.
 
     Parameters
@@ -166,11 +168,15 @@ class Solution:
         if key not in self._known:
             own = [_sensor(phase.model, key) for phase in self.phases]
             if not any(own) and not any(key in phase.tables for phase in self.phases):
+                columns = columns_named(key, self.sensor_columns)
+                if columns:
+                    self._known[key] = self[columns[0].sensor].reshape(len(self.t), -1)[:, columns[0].number]
+                    return self._known[key]
                 raise FlexmbError(
                     "Solution",
                     found=f"sensor '{key}' does not exist",
                     expected=f"One of: {listed(key, self.sensor_names)}",
-                    remedy=_instead(self.model, key, self.sensor_names),
+                    remedy=_instead(self.model, key, self.sensor_names, self.sensor_columns),
                 )
             self._known[key] = self._values(key, own, stored=True)
             self._tell_of_shared(key, own)
@@ -218,8 +224,16 @@ class Solution:
         ]
         return sensor.joined(full) if sensor is not None else np.concatenate(full)
 
+    @property
+    def sensor_columns(self) -> dict[str, tuple[SensorColumn, ...]]:
+        """What can be asked by name, with its columns: sensors, and "tip dz" for a column of one."""
+        return sensor_columns({name: self.column_titles(name) for name in self.sensor_names})
+
     def column_titles(self, name: str) -> tuple[str, ...]:
-        """Return the titles of a sensor's columns with units: ("fx [N]", ...)."""
+        """Return the titles of a sensor's columns with units, ("fx [N]", ...), or that of one column, "tip dz"."""
+        if name not in self.sensor_names:
+            own = columns_named(name, self.sensor_columns)
+            return tuple(self.column_titles(column.sensor)[column.number] for column in own)
         for phase in self.phases:
             sensor = _sensor(phase.model, name)
             if sensor is not None:
@@ -276,9 +290,9 @@ class Solution:
         return Solution(phases=phases, status=status, statistics=statistics, columns=columns)
 
 
-def _instead(model, key: str, names: tuple[str, ...]) -> str:
+def _instead(model, key: str, names: tuple[str, ...], columns: Iterable[str]) -> str:
     """Return what to write for a sensor that does not exist: one of a similar name, or of a part of that name."""
-    if similar := did_you_mean(key, names):
+    if similar := did_you_mean(key, [*names, *columns]):
         return similar
     plain = "".join(c for c in key.lower() if c.isalnum())
     within = [name for name in names if plain and plain in "".join(c for c in name.lower() if c.isalnum())]

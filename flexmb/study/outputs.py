@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.sensor_columns import columns_named, sensor_columns, titles_of, unknown
 
 __all__ = ["REDUCTIONS", "Column", "columns"]
 
@@ -76,7 +77,7 @@ def columns(outputs: Sequence[str] | None, model) -> list[Column]:
     ModelError
         The model has no such sensor, or there is no such reduction.
     """
-    parts = _components(model)
+    parts = sensor_columns(titles_of(model))
     if outputs is None:
         outputs = [f"{reduction}({sensor.name})" for sensor in model.sensors for reduction in _USUAL]
     found = [column for text in outputs for column in _parsed(text, parts)]
@@ -99,21 +100,6 @@ def columns(outputs: Sequence[str] | None, model) -> list[Column]:
     return found
 
 
-def _components(model) -> dict[str, list[tuple[str, int, str, str]]]:
-    """Return what can be named: a sensor or its component -> [(sensor, number, component, unit)]."""
-    parts: dict[str, list[tuple[str, int, str, str]]] = {}
-    for sensor in model.sensors:
-        whole = []
-        for number, title in enumerate(map(str, sensor.columns(model))):
-            name, bracket, unit = title.partition("[")
-            whole.append((sensor.name, number, name.strip(), f"[{unit}" if bracket else ""))
-        parts[sensor.name] = whole if len(whole) > 1 else [(sensor.name, 0, "", whole[0][3])]
-        if len(whole) > 1:
-            for entry in whole:
-                parts.setdefault(f"{sensor.name} {entry[2]}", [entry])
-    return parts
-
-
 def _parsed(text: str, parts) -> list[Column]:
     form = _FORM.fullmatch(text) if isinstance(text, str) else None
     if form is None or form["reduction"] not in REDUCTIONS:
@@ -125,20 +111,16 @@ def _parsed(text: str, parts) -> list[Column]:
             remedy=near or 'Write "max(strut force fx)" or "load = peak(strut force fx)"',
         )
     asked = form["sensor"].strip()
-    if asked not in parts:
-        sensors = [name for name in parts if len(parts[name]) > 1 or not parts[name][0][2]]
-        raise ModelError(
-            f"Output '{text}'",
-            found=f"there is no sensor or component '{asked}'",
-            expected=f"The model has the sensors: {', '.join(sensors) or 'none'}",
-            remedy=did_you_mean(asked, parts) or "Components follow the name: 'strut force fx'",
-        )
+    own = columns_named(asked, parts)
+    if not own:
+        said = unknown(asked, parts)
+        raise ModelError(f"Output '{text}'", found=said.found, expected=said.expected, remedy=said.remedy)
     found = []
-    for sensor, number, component, unit in parts[asked]:
-        one = len(parts[asked]) == 1
-        title = form["title"] or f"{form['reduction']}({asked if one else f'{sensor} {component}'})"
-        if form["title"] and not one:
-            title += f" {component}"
-        seconds = "[s]" if form["reduction"].startswith("time_of") else unit
-        found.append(Column(f"{title} {seconds}".strip(), form["reduction"], sensor, number))
+    for column in own:
+        title = form["title"] or f"{form['reduction']}({column.name})"
+        if form["title"] and len(own) > 1:
+            title += f" {column.component}"
+        unit = "s" if form["reduction"].startswith("time_of") else column.unit
+        title = f"{title} [{unit}]" if unit else title
+        found.append(Column(title, form["reduction"], column.sensor, column.number))
     return found

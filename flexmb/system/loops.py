@@ -20,6 +20,7 @@ from flexmb.model.expression import SignalProgram
 from flexmb.model.function_block import Function
 from flexmb.model.held_block import HeldBlock, HeldValue
 from flexmb.model.measurement import Formula, Measurement, input_program
+from flexmb.model.sensor_columns import found_in
 from flexmb.model.signal import Constant, Signal
 from flexmb.system.holds import HELD, NEVER, Hold
 from flexmb.system.loop_kinks import Kink, kinks_in, located
@@ -214,24 +215,33 @@ class Loops:
         """Return period and offset of the blocks that sample, each pair once."""
         return tuple(dict.fromkeys((hold.period, hold.offset) for hold in self.holds if hold.clock >= 0))
 
-    def _sensor(self, given: Any) -> Any:
-        """Return a sensor that is given, or the model's sensor with this name."""
+    def _sensor(self, given: Any) -> tuple[Any, int | None]:
+        """Return a sensor that is given, or the model's sensor of this name, and the column if the name says one."""
         model = self.compiler.model
         if not isinstance(given, str):
             given.check(model)
-            return given
-        known = {sensor.name: sensor for sensor in model.sensors}
-        if given not in known:
+            return given, None
+        found = found_in(model, given)
+        if found is None:
+            known = [sensor.name for sensor in model.sensors]
             raise ModelError(
                 self.compiler.writing,
                 found=f"sensor '{given}' does not exist",
                 expected=f"The model has: {', '.join(known) or 'no sensors'}",
                 remedy=did_you_mean(given, known) or "Add the sensor to the model, or give the sensor itself",
             )
-        return known[given]
+        return found
 
     def _measurement(self, given: Any, column: int, rate: bool) -> SignalProgram:
-        sensor = self._sensor(given)
+        sensor, own = self._sensor(given)
+        if own is not None and column > 0:
+            raise ModelError(
+                self.compiler.writing,
+                found=f"column {column} of '{given}', which is one column",
+                expected="the name of a sensor and a number, or the name of a column",
+                remedy=f"Leave the number out, or name {sensor.title}",
+            )
+        column = column if own is None else own
         signal = sensor.signal()
         if signal is not None and not rate:
             return self._program(signal)
@@ -257,8 +267,9 @@ class Loops:
         sizes = {}
         for name, given in formula.over.items():
             if not isinstance(given, Signal):
-                sensor = self._sensor(given)
-                sizes[name] = 1 if sensor.signal() is not None else len(sensor.measured(self.compiler.model))
+                sensor, own = self._sensor(given)
+                one = own is not None or sensor.signal() is not None
+                sizes[name] = 1 if one else len(sensor.measured(self.compiler.model))
         program, inputs = formula.read(sizes)
         read = []
         for one in inputs:

@@ -1,7 +1,7 @@
 """Pictures, animations and plots of a solution, mode shapes of a body."""
 
 from flexmb.view.bode import bode
-from flexmb.view.diagrams import Diagram, draw_diagrams
+from flexmb.view.diagrams import Diagram, draw_diagrams, of_one_unit
 from flexmb.view.graphics import require_graphics
 from flexmb.view.interactive import KEYS, window
 from flexmb.view.loci import root_loci
@@ -20,6 +20,7 @@ __all__ = [
     "draw_diagrams",
     "mode_sheet",
     "model_picture",
+    "of_one_unit",
     "overlay",
     "paraview_script",
     "plot",

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexmb.view.ranges import LARGEST, factors_in_labels, largest_of, least_range, unit_in, widen
+
 __all__ = ["COLORS", "Line", "drawable", "svg_curves"]
 
 COLORS = ("#1f5fa8", "#d1495b", "#3a8f5c", "#c98a2b", "#6d597a", "#26303a", "#4aa3b5", "#a3554a")
 INK, PALE = "#66727e", "#dfe6ee"
-LARGEST = 1e300
-"""Of what is drawn."""
 POINTS = 1500
 """More samples than a printed line can show are thinned."""
 
@@ -38,6 +38,7 @@ def svg_curves(
     size=(5.6, 2.5),
     limits: tuple[float, float] | None = None,
     ordinates: tuple[float, float] | None = None,
+    length: float = 0.0,
 ) -> str:
     """Return curves over one another as an SVG element.
 
@@ -52,6 +53,8 @@ def svg_curves(
         The page may stretch it.
     limits, ordinates : (float, float), optional
         Range of abscissae and of ordinates; otherwise what there is.
+    length : float, m
+        Of the model, which says what motion is rounding.
     """
     import matplotlib
     from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -78,6 +81,8 @@ def svg_curves(
         ax.set_xlim(limits or (min(np.nanmin(line.x) for line in lines), max(np.nanmax(line.x) for line in lines)))
         if ordinates is not None:
             ax.set_ylim(*ordinates)
+        else:
+            widen(ax, least_range(unit_in(y_label), largest_of(line.y for line in lines), length))
         ax.grid(True, color=PALE, lw=0.6)
         ax.tick_params(colors=INK, length=3)
         for side, spine in ax.spines.items():
@@ -95,6 +100,7 @@ def svg_curves(
                 columnspacing=1.2,
                 borderaxespad=0.2,
             )
+        factors_in_labels(figure)
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None}, transparent=True)
     svg = text.getvalue()

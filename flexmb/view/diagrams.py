@@ -18,10 +18,12 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, did_you_mean
 from flexmb.files import replacing
+from flexmb.model.sensor_columns import SensorColumn, columns_named, sensor_columns, unknown
 from flexmb.view.curves import COLORS, Line, drawable
-from flexmb.view.quantities import scaled
+from flexmb.view.quantities import ZERO, scaled
+from flexmb.view.ranges import factors_in_labels, largest_of, least_range, length_of, unit_in, widen
 
-__all__ = ["Diagram", "as_diagram", "draw_diagrams", "laid_out"]
+__all__ = ["Diagram", "as_diagram", "draw_diagrams", "laid_out", "of_one_unit"]
 
 _TEXT = re.compile(r"(?:(?P<title>[^=]+?)\s*=\s*)?(?P<y>.+?)(?:\s+over\s+(?P<x>.+?))?(?:\s+/\s+(?P<per>.+))?")
 DASHES = ("-", "--", ":", "-.")
@@ -43,7 +45,7 @@ class Diagram:
     Parameters
     ----------
     y : sequence of str
-        Sensors with their component, "strut force fx"; all have the same unit.
+        Sensors with their component, "strut force fx", or whole sensors; all have the same unit.
     x : str, optional
         A sensor, instead of time.
     per : float or str, optional
@@ -69,13 +71,14 @@ class Diagram:
     def curves(self, runs: Mapping[str, Any]) -> tuple[list[Line], str, str]:
         """Return the curves of all runs that have the sensors, and the labels of ordinate and abscissa."""
         runs = self._of_these(runs)
+        y = _single_columns(runs, self.y)
         found = [
             (run, wanted, _values(solution, wanted), _abscissa(solution, self.x))
             for run, solution in runs.items()
-            for wanted in self.y
+            for wanted in y
             if _has(solution, wanted)
         ]
-        missing = [wanted for wanted in self.y if all(entry[1] != wanted for entry in found)]
+        missing = [wanted for wanted in y if all(entry[1] != wanted for entry in found)]
         if missing:
             _refuse(next(iter(runs.values())), missing[0])
         units = {unit for *_, (_, unit), _ in found}
@@ -98,11 +101,11 @@ class Diagram:
         order = list(runs)
         lines = [
             Line(
-                ", ".join(part for part in (wanted if len(self.y) > 1 else "", run if len(runs) > 1 else "") if part),
+                ", ".join(part for part in (wanted if len(y) > 1 else "", run if len(runs) > 1 else "") if part),
                 x_factor * x,
                 factor * values,
-                COLORS[(self.y.index(wanted) if len(self.y) > 1 else order.index(run)) % len(COLORS)],
-                DASHES[order.index(run) % len(DASHES)] if len(self.y) > 1 else "-",
+                COLORS[(y.index(wanted) if len(y) > 1 else order.index(run)) % len(COLORS)],
+                DASHES[order.index(run) % len(DASHES)] if len(y) > 1 else "-",
             )
             for run, wanted, (values, _), (x, _) in found
         ]
@@ -223,6 +226,36 @@ def _within(x: np.ndarray, limits) -> np.ndarray:
     return np.ones(len(x), bool) if limits is None else (x >= limits[0]) & (x <= limits[1])
 
 
+def of_one_unit(runs: Mapping[str, Any], names: Sequence[str] = ()) -> list[list[str]]:
+    """Return the columns of sensors, those of each unit together: what may be one diagram each.
+
+    Without names, all sensors of the runs, each by itself. Of a whole sensor, columns that are zero are left out.
+    """
+    if not names:
+        every = dict.fromkeys(name for run in runs.values() for name in run.sensor_names)
+        return [group for name in every for group in of_one_unit(runs, [name])]
+    groups: dict[str, list[str]] = {}
+    for name in _single_columns(runs, names):
+        if name not in names and _is_zero(runs, name):
+            continue
+        run = next((run for run in runs.values() if _has(run, name)), None)
+        groups.setdefault("" if run is None else _named(run, name)[0].unit, []).append(name)
+    return list(groups.values())
+
+
+def _is_zero(runs: Mapping[str, Any], name: str) -> bool:
+    """Is a column of a sensor nothing beside the others of its unit, in all runs?"""
+    for run in runs.values():
+        if not _has(run, name):
+            continue
+        own = _named(run, name)[0]
+        beside = [one.name for one in _known(run)[own.sensor] if one.unit == own.unit]
+        largest = max(largest_of([_values(run, one)[0]]) for one in beside)
+        if largest_of([_values(run, name)[0]]) > ZERO * largest or (largest == 0.0 and name == beside[0]):
+            return False
+    return True
+
+
 def draw_diagrams(
     runs: Mapping[str, Any], diagrams: Sequence[str | Diagram], path: str | Path, *, columns: int = 1, size=(6.0, 3.4)
 ) -> Path:
@@ -267,6 +300,8 @@ def draw_diagrams(
                 ax.set_xlim(*diagram.limits)
             if ordinates is not None:
                 ax.set_ylim(*ordinates)
+            else:
+                widen(ax, least_range(unit_in(y_label), largest_of(line.y for line in lines), length_of(runs.values())))
             labels = sum(1 for line in lines if line.label)
             if ordinates is None and labels > FEW:  # room for them, or they would lie on curves
                 low, high = ax.get_ylim()
@@ -275,34 +310,38 @@ def draw_diagrams(
                 ax.legend(fontsize=8, framealpha=0.85, edgecolor="none")
         for ax in axes[len(made) :]:
             ax.set_visible(False)
+        factors_in_labels(figure)
         with replacing(path, f"Plot '{path}'", folder=True) as file:
             figure.savefig(file)
     return path
 
 
-def _columns(solution) -> dict[str, tuple[str, int]]:
-    """Return "sensor component" -> (sensor, column) of a solution; a sensor of one column by its name alone too."""
-    found = {}
-    for sensor in solution.sensor_names:
-        titles = [str(title).partition("[")[0].strip() for title in solution.column_titles(sensor)]
-        for k, title in enumerate(titles):
-            component = title.removeprefix(sensor).strip()
-            found[f"{sensor} {component}".strip()] = (sensor, k)
-        if len(titles) == 1:
-            found[sensor] = (sensor, 0)
-    return found
+def _single_columns(runs: Mapping[str, Any], names: Sequence[str]) -> list[str]:
+    """Return names of single columns: a sensor of several stands for all of them."""
+    found: dict[str, None] = {}
+    for name in names:
+        known = next((own for own in (_named(run, name) for run in runs.values()) if own), None)
+        found |= dict.fromkeys([name] if known is None or len(known) == 1 else [one.name for one in known])
+    return list(found)
+
+
+def _known(solution) -> dict[str, tuple[SensorColumn, ...]]:
+    return sensor_columns({name: solution.column_titles(name) for name in solution.sensor_names})
+
+
+def _named(solution, name: str) -> tuple[SensorColumn, ...]:
+    return columns_named(name, _known(solution))
 
 
 def _has(solution, name: str) -> bool:
-    return name in _columns(solution)
+    return len(_named(solution, name)) == 1
 
 
 def _values(solution, name: str) -> tuple[np.ndarray, str]:
     """Return values (nt,) and unit of a component of a sensor."""
-    sensor, k = _columns(solution)[name]
-    title = str(solution.column_titles(sensor)[k])
-    unit = title[title.index("[") + 1 : title.rindex("]")] if "[" in title else ""
-    return np.asarray(solution[sensor], float).reshape(len(solution.t), -1)[:, k], "" if unit == "-" else unit
+    (column,) = _named(solution, name)
+    values = np.asarray(solution[column.sensor], float).reshape(len(solution.t), -1)[:, column.number]
+    return values, "" if column.unit == "-" else column.unit
 
 
 def _abscissa(solution, name: str | None) -> tuple[np.ndarray, str]:
@@ -314,11 +353,12 @@ def _abscissa(solution, name: str | None) -> tuple[np.ndarray, str]:
 
 
 def _refuse(solution, name: str):
-    known = _columns(solution)
-    own = [entry for entry in known if entry.startswith(name)]
-    raise FlexmbError(
-        "Diagram",
-        found=f"there is no sensor or component '{name}'",
-        expected=f"One of: {', '.join((own or list(known))[:12])}",
-        remedy=did_you_mean(name, known) or "Components follow the name of the sensor: 'strut force fx'",
-    )
+    said, own = unknown(name, _known(solution)), _named(solution, name)
+    if own:
+        raise FlexmbError(
+            "Diagram",
+            found=f"sensor '{name}' has {len(own)} columns",
+            expected=said.expected,
+            remedy="Name one of them",
+        )
+    raise FlexmbError("Diagram", found=said.found, expected=said.expected, remedy=said.remedy)

@@ -9,15 +9,12 @@ import numpy as np
 
 from flexmb.errors import FlexmbError
 from flexmb.files import replacing
-from flexmb.view.curves import LARGEST, drawable
+from flexmb.view.curves import drawable
+from flexmb.view.ranges import LARGEST, ROUNDING, factors_in_labels, largest_of, least_range, length_of, widen
 
 __all__ = ["plot"]
 
 COLORS = ("#1f5fa8", "#d1495b", "#3a8f5c", "#c98a2b", "#6d597a", "#26303a")
-
-
-ROUNDING = 1e-9
-"""Of the largest value of a unit: what changes by less is drawn as flat."""
 
 
 def plot(solution, names: str | Sequence[str] | None, path: str | Path, *, size=(9.0, 2.6)) -> Path:
@@ -60,13 +57,16 @@ def _plotted(solution, names: tuple[str, ...], path: Path, size: tuple[float, fl
             remedy="Use .png, .svg or .pdf",
         )
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    least = _least_ranges(solution)
+    least, length = _least_ranges(solution), length_of([solution])
     for name, ax in zip(names, axes, strict=True):
         _draw(ax, solution.t, solution[name], name, solution.column_titles(name))
         for axis in (ax, getattr(ax, "second", None)):
             if axis is not None:
-                _widen(axis, least.get(axis.get_ylabel(), 0.0))
+                unit = axis.get_ylabel()
+                own = largest_of(line.get_ydata() for line in axis.lines)
+                widen(axis, max(least.get(unit, 0.0), least_range(unit.strip("[]"), own, length)))
     axes[-1].set_xlabel("time [s]")
+    factors_in_labels(figure)
     with replacing(path, f"Plot '{path}'", folder=True) as file:
         figure.savefig(file)
     return path
@@ -118,20 +118,11 @@ def _least_ranges(solution) -> dict[str, float]:
             unit = title[title.index("[") :] if "[" in title else title
             known = column[column <= LARGEST]
             largest[unit] = max(largest.get(unit, 0.0), float(known.max(initial=0.0)))
-    known_lengths = (getattr(phase.system, "lengths", None) for phase in solution.phases)
-    lengths = [float(known.whole) for known in known_lengths if known is not None]
-    if lengths and {"[N]", "[N m]"} & largest.keys():
+    length = length_of([solution])
+    if length > 0.0 and {"[N]", "[N m]"} & largest.keys():
         force, moment = largest.get("[N]", 0.0), largest.get("[N m]", 0.0)
-        largest |= {"[N]": max(force, moment / max(lengths)), "[N m]": max(moment, force * max(lengths))}
+        largest |= {"[N]": max(force, moment / length), "[N m]": max(moment, force * length)}
     return {unit: ROUNDING * value for unit, value in largest.items()}
-
-
-def _widen(ax, least: float) -> None:
-    """Show a range of `least`, so that rounding is flat."""
-    low, high = ax.get_ylim()
-    if high - low < least:
-        middle = 0.5 * (low + high)
-        ax.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
 
 
 def _second_axis(ax, unit):

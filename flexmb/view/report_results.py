@@ -12,6 +12,7 @@ from flexmb.io.web_page import table
 from flexmb.view.curves import COLORS, Line, svg_curves
 from flexmb.view.diagrams import laid_out
 from flexmb.view.quantities import number, scaled, shown_columns, sizes
+from flexmb.view.ranges import length_of
 
 __all__ = ["Run", "curves", "diagrams", "energy", "event_times", "extremes", "loads"]
 
@@ -47,10 +48,12 @@ def figure(title: str, svg: str, note: str = "") -> str:
 def diagrams(runs: Sequence[Run], wanted: Sequence[Any]) -> str:
     """Sensors over time or over others that were asked for, of all runs on one scale."""
     named = {run.name: run.solution for run in runs}
-    figures = []
+    length, figures = length_of(named.values()), []
     for diagram, lines, y_label, x_label, ordinates in laid_out(named, wanted):
         title = diagram.title or f"{', '.join(diagram.y)} over {diagram.x or 'time'}"
-        svg = svg_curves(lines, y_label=y_label, x_label=x_label, limits=diagram.limits, ordinates=ordinates)
+        svg = svg_curves(
+            lines, y_label=y_label, x_label=x_label, limits=diagram.limits, ordinates=ordinates, length=length
+        )
         figures.append(figure(title, svg))
     return f'<h2>Diagrams</h2><div class="figures">{"".join(figures)}</div>' if figures else ""
 
@@ -77,7 +80,7 @@ def _of_one(name: str, run: Run, columns) -> list[str]:
             Line(column.title if len(columns) > 1 else "", run.solution.t, column.values, color)
             for column, color in zip(same, COLORS * len(same))
         ]
-        svg = svg_curves(lines, y_label=_axis(unit), events=event_times(run.solution))
+        svg = svg_curves(lines, y_label=_axis(unit), events=event_times(run.solution), length=length_of([run.solution]))
         drawn.append(figure(name, svg, f"[{unit}]" if unit else ""))
     return drawn
 
@@ -92,9 +95,8 @@ def _compared(name: str, columns) -> list[str]:
             for column in own
             if (column.title, column.unit) == (title, unit)
         ]
-        drawn.append(
-            figure(f"{name} {title}".strip(), svg_curves(lines, y_label=_axis(unit)), f"[{unit}]" if unit else "")
-        )
+        svg = svg_curves(lines, y_label=_axis(unit), length=length_of(run.solution for run, _ in columns))
+        drawn.append(figure(f"{name} {title}".strip(), svg, f"[{unit}]" if unit else ""))
     return drawn
 
 

@@ -75,7 +75,7 @@ def test_every_sensor_by_default():
         (
             ["max(plaice z)"],
             r"Output 'max\(plaice z\)': there is no sensor or component 'plaice z'\. "
-            r"The model has the sensors: place\. Did you mean 'place z'\?",
+            r"One of: place\. Did you mean 'place z'\?",
         ),
         (["maxi(place)"], r"Output 'maxi\(place\)': there is no reduction 'maxi'\. .*Did you mean 'max'\?"),
         (["place z"], r"Output 'place z': no reduction and sensor\. REDUCTION\(SENSOR\)"),

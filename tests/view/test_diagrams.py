@@ -61,7 +61,7 @@ def test_drawn_and_reported(runs, tmp_path):
     ("text", "message"),
     [
         ("place zz", "Did you mean 'place z'"),
-        ("place", "place x, place y, place z"),
+        ("place z over place", "has 3 columns.*place x, place y, place z"),
         ("place z over plac x", "Did you mean 'place x'"),
         ("place z, speed vz", "ordinates in m and m/s"),
         ("place z / 0", "a divisor"),

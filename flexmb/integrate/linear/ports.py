@@ -10,6 +10,7 @@ from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.input_signal import Input, inputs_of, with_more
 from flexmb.model.kinds import Sensor
 from flexmb.model.model import Model
+from flexmb.model.sensor_columns import columns_named, sensor_columns, titles_of, unknown
 from flexmb.model.signal import Signal
 
 __all__ = ["InputPort", "NamedInput", "OutputPort", "input_ports", "output_ports"]
@@ -119,10 +120,11 @@ def _asked(names: Iterable[str] | str, what: str) -> list[str]:
     return asked
 
 
-def _unknown(what: str, name: str, known: list[str], of: str) -> ModelError:
+def _unknown(name: str, known: list[str]) -> ModelError:
+    of = "a signal of a force or a drive, 'part.field'"
     return ModelError(
         "linearize",
-        found=f"{what} '{name}' does not exist",
+        found=f"input '{name}' does not exist",
         expected=f"One of: {listed(name, known)}" if known else f"a model with {of}",
         remedy=did_you_mean(name, [*known, *(port.partition(".")[0] for port in known)]) or f"Name {of}",
     )
@@ -152,7 +154,7 @@ def input_ports(model: Model, names: Iterable[str] | str | None) -> list[InputPo
         matching = [port for port in signals if port.name == name]
         own = matching or [port for port in signals if port.name.startswith(f"{name}.")]
         if not own:
-            raise _unknown("input", name, known, "a signal of a force or a drive, 'part.field'")
+            raise _unknown(name, known)
         if len(own) > 1:
             raise ModelError(
                 "linearize",
@@ -172,24 +174,14 @@ def output_ports(model: Model, names: Iterable[str] | str | None) -> list[Output
     ModelError
         There is no such sensor or column.
     """
-    columns: dict[str, list[OutputPort]] = {}
-    for sensor in model.sensors:
-        own = []
-        for number, title in enumerate(map(str, sensor.columns(model))):
-            label, _, unit = title.partition("[")
-            own.append((number, label.strip(), unit.rstrip("]").strip()))
-        single = len(own) == 1
-        ports = [
-            OutputPort(sensor.name if single else f"{sensor.name} {label}", sensor, number, unit)
-            for number, label, unit in own
-        ]
-        columns[sensor.name] = ports
-        for port in ports:
-            columns.setdefault(port.name, [port])
-    asked = [sensor.name for sensor in model.sensors] if names is None else _asked(names, "outputs")
+    known, sensors = sensor_columns(titles_of(model)), {sensor.name: sensor for sensor in model.sensors}
     found = []
-    for name in asked:
-        if name not in columns:
-            raise _unknown("output", name, list(columns), "a sensor of the model")
-        found += columns[name]
+    for name in sensors if names is None else _asked(names, "outputs"):
+        columns = columns_named(name, known)
+        if not columns:
+            said = unknown(name, known)
+            raise ModelError(
+                "linearize", found=f"output '{name}' does not exist", expected=said.expected, remedy=said.remedy
+            )
+        found += [OutputPort(one.name, sensors[one.sensor], one.number, one.unit) for one in columns]
     return found

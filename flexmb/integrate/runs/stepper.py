@@ -18,6 +18,7 @@ from flexmb.model.described import is_number
 from flexmb.model.kinds import Sensor
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
+from flexmb.model.sensor_columns import found_in
 from flexmb.results import Instant, Series, Solution, Status
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.branching import require_motion_to_begin
@@ -255,19 +256,19 @@ class Stepper:
         return goal
 
     def _reader(self, name: str) -> Callable[[], Any]:
-        sensors = {sensor.name: sensor for sensor in self.model.sensors}
-        if name not in sensors:
+        found = found_in(self.model, name)
+        if found is None:
+            sensors = [sensor.name for sensor in self.model.sensors]
             raise ModelError(
                 "Stepper",
                 found=f"sensor '{name}' does not exist",
                 expected=f"one of: {listed(name, sensors)}" if sensors else "a model with sensors",
                 remedy=did_you_mean(name, sensors) or "Add the sensor to the model, or ask run[flexmb.Position(...)]",
             )
-        sensor = sensors[name]
+        sensor, column = found
         fast = self._phase.readings().reader(sensor)
-        if fast is None:
-            return lambda: self._value(sensor)
-        return lambda: fast(self._phase.last)
+        whole = (lambda: self._value(sensor)) if fast is None else lambda: fast(self._phase.last)
+        return whole if column is None else lambda: float(np.ravel(whole())[column])
 
     def _value(self, sensor: Sensor) -> Any:
         """Return what a sensor reads at the present time."""

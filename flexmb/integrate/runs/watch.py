@@ -11,6 +11,7 @@ from flexmb.errors import IntegrationError
 from flexmb.integrate.runs.breaks import beside
 from flexmb.integrate.runs.held import Switching
 from flexmb.integrate.runs.record import joined_rows
+from flexmb.model.sensor_columns import found_in
 from flexmb.results import Phase, Series
 from flexmb.system.assembly import consistent_start
 
@@ -36,7 +37,9 @@ class Watch:
     def __init__(self, model, system, integrator, work, passed: dict[str, float]):
         self.model, self.system, self.integrator, self.work = model, system, integrator, work
         self.events: list[Any] = [e for e in model.events if e.sensor is not None]
-        self.sensors: dict[str, Any] = {s.name: s for s in model.sensors}
+        watched = {e.sensor: found_in(model, e.sensor) for e in self.events}
+        self.sensors: dict[str, Any] = {name: found[0] for name, found in watched.items() if found is not None}
+        self.columns = {name: found[1] for name, found in watched.items() if found is not None}
         switching = [Switching(hold.title, hold.crossing) for hold in system.holds if hold.crossing >= 0]
         self.events += switching
         self.sensors.update({one.name: one for one in switching})
@@ -49,13 +52,18 @@ class Watch:
         for event in self.events:
             values = np.asarray(self.sensors[event.sensor].values(seen), float)
             self.last[event.name] = values[-1]
-            past = float(event.distance(values[-1:])[0])
+            past = float(self._beyond(event, values[-1:])[0])
             if event.repeats and past > 0.0:
                 self.passed[event.name] = past if _strikes(event) else np.inf
 
+    def _beyond(self, event, values: np.ndarray) -> np.ndarray:
+        """Return how far values are past the threshold, of the column that the event's name of a sensor says."""
+        column = self.columns.get(event.sensor)
+        return event.distance(values if column is None or np.ndim(values) == 1 else np.asarray(values)[:, column])
+
     def distance(self, event, values) -> np.ndarray:
         """Return how far values are past the place where the event happens (again)."""
-        return event.distance(values) - self.passed.get(event.name, 0.0)
+        return self._beyond(event, values) - self.passed.get(event.name, 0.0)
 
     def series(self, rows: dict[str, Any]) -> Series:
         """Return what sensors read in a block of rows."""
@@ -91,7 +99,7 @@ class Watch:
         threshold.
         """
         level = self.passed.get(event.name, 0.0)
-        distances = event.distance(values)
+        distances = self._beyond(event, values)
         back = np.flatnonzero(distances < 0.0)
         past = distances > level
         if level > 0.0 and len(back):
@@ -110,7 +118,7 @@ class Watch:
         """Keep a repeating event from happening again until its sensor comes back; but bodies that another impact
         drives together where they touch must bounce again."""
         if event.repeats:
-            past = float(event.distance(self._values(event, row))[-1])
+            past = float(self._beyond(event, self._values(event, row))[-1])
             # a little further, so that rounding does not make it happen again in the same place
             self.passed[event.name] = max(past, 0.0) * (1.0 + 1e-9) + 1e-14 if _strikes(event) else np.inf
 

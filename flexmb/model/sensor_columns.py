@@ -1,0 +1,97 @@
+"""How sensors and their columns are named, everywhere: "tip" is a sensor, "tip dz" one of its columns.
+
+A sensor of one column is meant by its name; "lever angle" with the title of the column is the same. The unit may
+follow, as in the titles of tables: "tip dz [m]". Where a sensor bears the name of another one's column, the sensor is
+meant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from flexmb.errors import did_you_mean, listed
+
+__all__ = ["SensorColumn", "Unknown", "columns_named", "found_in", "sensor_columns", "titles_of", "unknown"]
+
+
+class SensorColumn(NamedTuple):
+    """A column: sensor, number of the column, its title without unit, the unit, and the name that says it."""
+
+    sensor: str
+    number: int
+    component: str
+    unit: str
+    name: str
+
+
+class Unknown(NamedTuple):
+    """What an error says of a name that nothing has."""
+
+    found: str
+    expected: str
+    remedy: str
+
+
+def titles_of(model) -> dict[str, tuple[str, ...]]:
+    """Return the titles of the columns of a model's sensors, by sensor."""
+    return {sensor.name: tuple(map(str, sensor.columns(model))) for sensor in model.sensors}
+
+
+def sensor_columns(titles: Mapping[str, Sequence[str]]) -> dict[str, tuple[SensorColumn, ...]]:
+    """Return what each name means: a sensor all its columns, "sensor component" one.
+
+    Parameters
+    ----------
+    titles : mapping of sensor name to titles of its columns
+        With units, ("fx [N]", ...).
+    """
+    known: dict[str, tuple[SensorColumn, ...]] = {}
+    parts: dict[str, tuple[SensorColumn, ...]] = {}
+    for sensor, own in titles.items():
+        columns = []
+        for number, title in enumerate(map(str, own)):
+            label, _, unit = title.rpartition("[") if title.endswith("]") else (title, "", "]")
+            component = label.strip()
+            short = component.removeprefix(f"{sensor} ") if component != sensor else ""
+            name = sensor if len(own) == 1 else f"{sensor} {short}".strip()
+            column = SensorColumn(sensor, number, component, unit[:-1].strip(), name)
+            columns.append(column)
+            for text in (name, f"{sensor} {component}", f"{sensor} {short}"):
+                parts.setdefault(text.strip(), (column,))
+        known[sensor] = tuple(columns)
+    return {**parts, **known}
+
+
+def columns_named(name: str, known: Mapping[str, tuple[SensorColumn, ...]]) -> tuple[SensorColumn, ...]:
+    """Return the columns that a name means among those of `sensor_columns`; none if nothing has this name."""
+    if name in known:
+        return known[name]
+    plain, bracket, _ = name.rpartition(" [")
+    return known.get(plain, ()) if bracket and name.endswith("]") else ()
+
+
+def found_in(model, name: str) -> tuple[Any, int | None] | None:
+    """Return a sensor of a model and the number of the column that the name says; None for all its columns.
+
+    None alone if nothing has this name.
+    """
+    sensors = {sensor.name: sensor for sensor in model.sensors}
+    if not isinstance(name, str) or name in sensors:
+        return (sensors[name], None) if isinstance(name, str) else None
+    of = [own for own in sensors if name.startswith(f"{own} ")]  # columns of others are not asked: they may fail
+    columns = columns_named(name, sensor_columns({own: tuple(map(str, sensors[own].columns(model))) for own in of}))
+    return (sensors[columns[0].sensor], columns[0].number) if len(columns) == 1 else None
+
+
+def unknown(name: str, known: Mapping[str, tuple[SensorColumn, ...]]) -> Unknown:
+    """Return what to say of a name that nothing has: the columns of the sensor that it begins with, or all sensors."""
+    sensors = list(dict.fromkeys(column.sensor for columns in known.values() for column in columns))
+    of = max((sensor for sensor in sensors if name == sensor or name.startswith(f"{sensor} ")), key=len, default=None)
+    offered = [column.name for column in known[of]] if of is not None else sensors
+    near = did_you_mean(name, [*sensors, *(column.name for columns in known.values() for column in columns)])
+    return Unknown(
+        f"there is no sensor or component '{name}'",
+        f"One of: {listed(name, offered)}" if offered else "a model with sensors",
+        near or "Components follow the name of the sensor: 'strut force fx'",
+    )

@@ -1,0 +1,100 @@
+"""One vocabulary of sensors and columns, wherever a sensor is named."""
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+from flexmb.model.sensor_columns import columns_named, sensor_columns, unknown
+from flexmb.study.outputs import columns
+from flexmb.view.diagrams import Diagram, of_one_unit
+
+KNOWN = sensor_columns(
+    {
+        "tip": ("dx [m]", "dy [m]"),
+        "lever": ("angle [rad]",),
+        "law": ("law 1", "law 2"),
+        "tip dy": ("distance [m]",),
+        "a": ("x",),
+    }
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [
+        ("tip", [("tip", 0), ("tip", 1)]),
+        ("tip dx", [("tip", 0)]),
+        ("tip dx [m]", [("tip", 0)]),
+        ("tip dy", [("tip dy", 0)]),  # a sensor goes before a column
+        ("tip dy distance", [("tip dy", 0)]),
+        ("lever", [("lever", 0)]),
+        ("lever angle", [("lever", 0)]),
+        ("law 2", [("law", 1)]),
+        ("law law 2", [("law", 1)]),
+        ("tip dz", []),
+        ("dx", []),
+        ("", []),
+    ],
+)
+def test_what_a_name_means(name, found):
+    assert [(one.sensor, one.number) for one in columns_named(name, KNOWN)] == found
+
+
+def test_what_is_offered():
+    assert unknown("tip dz", KNOWN).expected == "One of: tip dx, tip dy"
+    assert unknown("leaver", KNOWN).remedy == "Did you mean 'lever'?"
+    assert unknown("x", {}).expected == "a model with sensors"
+
+
+def crane():
+    """A mass on a spring along x, drawn out by 1 m."""
+    ball = fmb.PointMass("ball", mass=1.0, at=(1.0, 0, 0))
+    return fmb.Model(
+        bodies=[fmb.Ground(markers={"o": (0, 0, 0), "far": (-1.0, 0, 0)}), ball],
+        forces=[fmb.PointLoad("pull", marker="ball.center", force=(0, 0, 0))],
+        sensors=[
+            fmb.Position("ball place", marker="ball.center"),
+            fmb.Distance("way", markers=("ground.far", "ball.center")),
+        ],
+    )
+
+
+@pytest.mark.parametrize("name", ["ball place x", "ball place x [m]"])
+def test_every_user_of_a_name_takes_it(name):
+    """Solutions, diagrams, outputs of sweeps, plants, steppers: the same column."""
+    model = crane()
+    run = fmb.simulate(model, t_end=0.1, samples=3)
+    assert np.array_equal(run[name], run["ball place"][:, 0])
+    assert run.column_titles(name) == ("x [m]",)
+    (line,), _, _ = Diagram(y=[name]).curves({"run": run})
+    assert np.array_equal(line.y, run["ball place"][:, 0])
+    assert columns([f"final({name})"], model)[0].value(run) == run["ball place"][-1, 0]
+    assert fmb.linearize(model, inputs="pull.force.x", outputs=name).outputs == ("ball place x",)
+    with fmb.stepper(model, t_end=0.1) as steps:
+        assert steps[name] == steps["ball place"][0]
+        assert steps["way distance"] == steps["way"]
+
+
+def test_whole_sensors_in_diagrams():
+    """All columns of a sensor; those of one unit together, and those that are zero left out."""
+    run = fmb.simulate(crane(), t_end=0.1, samples=3)
+    lines, _, _ = Diagram(y=["ball place"]).curves({"run": run})
+    assert [line.label for line in lines] == ["ball place x", "ball place y", "ball place z"]
+    assert of_one_unit({"run": run}) == [["ball place x"], ["way"]]
+    assert of_one_unit({"run": run}, ["ball place y", "way"]) == [["ball place y", "way"]]
+
+
+def test_an_event_and_a_measurement_take_columns():
+    """The spring that follows "ball place x" moves the ball as x = cos(10 t): it passes 0 at t = pi/20."""
+    model = crane()
+    spring = fmb.PointLoad("pull", marker="ball.center", force=(-100.0 * fmb.measured("ball place x"), 0, 0))
+    stop = fmb.Event("through", sensor="ball place x", below=0.0, then=fmb.Stop())
+    run = fmb.simulate(
+        fmb.Model(bodies=model.bodies, forces=[spring], sensors=model.sensors, events=[stop]),
+        t_end=1.0,
+        samples=101,
+        integrator=fmb.GeneralizedAlpha(rtol=1e-8),
+    )
+    assert run.t[-1] == pytest.approx(np.pi / 20.0, rel=1e-5)
+    with pytest.raises(fmb.errors.ModelError, match=r"column = 2 of sensor 'ball place x'"):
+        fmb.Event("e", sensor="ball place x", below=0.0, column=2, then=fmb.Stop()).check(model)
