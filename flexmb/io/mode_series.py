@@ -29,7 +29,8 @@ def write_modes(data, path: str | Path, *, modes: int | Iterable[int] | None = N
 
     Step n of the series ("time" n) is mode n, counted from 1. Points are displaced, at most by a tenth of the body's
     size; ``displacement`` (m) undoes that with *Warp By Vector* and factor -1. ``stress`` (Pa; xx, yy, zz, xy, yz, zx)
-    and ``von_mises`` (Pa) belong to the same displacement; ``rotation`` (rad) is there for frames and shells.
+    and ``von_mises`` (Pa) belong to the same displacement, NaN where no element gives stress; ``rotation`` (rad) is
+    there for frames and shells.
 
     Parameters
     ----------
@@ -87,8 +88,8 @@ def _frame(data, j: int) -> tuple[np.ndarray, dict[str, Any]]:
     amplitude = mode_amplitude(data, j)
     displacement = amplitude * data.shapes[:, :, j]
     fields = {}
-    if data.stress_modes is not None:
-        stress = amplitude * data.stress_modes[:, :, j]
+    if data.has_stress:
+        stress = np.where(data.stressed[:, None], amplitude * data.stress_modes[:, :, j], np.nan)
         fields |= {"von_mises": recover.von_mises(stress), "stress": stress}
     fields["displacement"] = displacement
     if data.rotation_shapes is not None:

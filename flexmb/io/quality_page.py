@@ -34,7 +34,7 @@ def report_numbers(data) -> dict[str, Any]:
         "stations": list(data.marker_names[data.n_interfaces :]),
         "load_shapes": list(data.load_names),
         "geometric_stiffness": data.geometric is not None,
-        "stress_modes": data.stress_modes is not None,
+        "stress_modes": data.has_stress,
         "coordinates": mode_table(data),
         "quality": data.quality,
     }
@@ -78,7 +78,7 @@ def _summary(data) -> str:
     extras = [
         f"load shapes {', '.join(data.load_names)}" if data.load_names else "no load shapes",
         "geometric stiffness" if data.geometric is not None else "no geometric stiffness",
-        "stress modes" if data.stress_modes is not None else "no stress modes",
+        "stress modes" if data.has_stress else "no stress modes",
     ]
     return (
         f"<p>{len(data.nodes)} nodes, {data.n_modes} flexible coordinates{span}; body frame: {escape(data.frame)}</p>"

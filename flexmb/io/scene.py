@@ -117,8 +117,10 @@ class Scene:
             eta = self.solution.series(phase).modal_coordinates(part.name)[k]
             elastic = (recover.displacement(part.data, eta, part.nodes)[0]) @ A.T
             mises = None
-            if self.stress and part.data.stress_modes is not None:
+            if self.stress and part.data.has_stress:
                 mises = recover.von_mises(recover.stress(part.data, eta, part.nodes))[0]
+                there = part.data.stressed if part.nodes is None else part.data.stressed[part.nodes]
+                mises = np.where(there, mises, np.nan)
             return Snapshot(r + part.points @ A.T + elastic, elastic, mises)
         r = np.array([m[0][k] for m in maps])[part.carrier]
         A = np.array([m[1][k] for m in maps])[part.carrier]

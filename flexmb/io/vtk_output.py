@@ -23,12 +23,12 @@ __all__ = ["part_file", "write_vtk"]
 def write_vtk(solution, path: str | Path, *, every: int = 1, stress: bool = True, surface: bool = False) -> Path:
     """Write the motion of all parts for ParaView and return the file to open.
 
-    Points are displaced; flexible bodies carry ``displacement`` (elastic, in W, m) and, if they have stress modes,
-    ``von_mises`` (Pa). Bodies of a deck carry the numbers of their nodes, ``node``, and elements, ``element`` (0 for
-    what is not in it; ``instance`` counts part instances from 0). Cables and beams have their sections and carry the
-    section forces (N, N m); rigid bodies, joints, springs and supports are drawn as simple solids. Contacts with areas
-    are small squares at the points that touch at some sample, with ``pressure`` (Pa), ``slip`` (m/s) and
-    ``pressure_times_way`` (N/m). Numbers are float32.
+    Points are displaced; flexible bodies carry ``displacement`` (elastic, in W, m) and, if elements give stress,
+    ``von_mises`` (Pa), which is NaN at nodes of beams, rods and links alone. Bodies of a deck carry the numbers of
+    their nodes, ``node``, and elements, ``element`` (0 for what is not in it; ``instance`` counts part instances from
+    0). Cables and beams have their sections and carry the section forces (N, N m); rigid bodies, joints, springs and
+    supports are drawn as simple solids. Contacts with areas are small squares at the points that touch at some sample,
+    with ``pressure`` (Pa), ``slip`` (m/s) and ``pressure_times_way`` (N/m). Numbers are float32.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def _fields(scene, part) -> dict[str, int]:
         return dict.fromkeys(part.line.fields, 1)
     if part.data is None:
         return {}
-    mises = scene.stress and part.data.stress_modes is not None
+    mises = scene.stress and part.data.has_stress
     return {**({"von_mises": 1} if mises else {}), "displacement": 3}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -149,6 +150,21 @@ class ModalArrays:
         """Inertia of the undeformed body about its centre of mass, (3, 3), kg m2, in body axes."""
         c = self.center_of_mass
         return self.invariants.ww0 - self.mass * (c @ c * np.eye(3) - np.outer(c, c))
+
+    @cached_property
+    def stressed(self) -> np.ndarray:
+        """At which nodes elements give stress, (n,) bool: not at those of beams, rods, springs and links alone.
+
+        Nothing but zeros in all modes is no stress; what is drawn there must not look like 0 MPa.
+        """
+        if self.stress_modes is None:
+            return np.zeros(len(self.nodes), bool)
+        return np.any(self.stress_modes != 0.0, axis=(1, 2))
+
+    @property
+    def has_stress(self) -> bool:
+        """Does any element give stress?"""
+        return bool(self.stressed.any())
 
     def node_name(self, node: int) -> str:
         """Return words for a node: "node 63241 of the deck" where the file has numbers, else "node 12"."""

@@ -72,11 +72,11 @@ def _body(data: ModalArrays) -> list[str]:
     rows = [f"{len(data.nodes)} nodes, {data.n_modes} flexible coordinates ({span}), frame: {data.frame}"]
     extras = [f"{len(data.load_names)} load shapes ({', '.join(data.load_names)})"] if data.load_names else []
     extras += ["geometric stiffness"] if data.geometric is not None else []
-    extras += ["stress modes"] if data.stress_modes is not None else []
-    return [
-        *rows,
-        f"with {', '.join(extras)}" if extras else "without load shapes, geometric stiffness, stress modes",
-    ]
+    extras += ["stress modes"] if data.has_stress else []
+    rows.append(f"with {', '.join(extras)}" if extras else "without load shapes, geometric stiffness, stress modes")
+    if data.stress_modes is not None and data.n_modes and not data.has_stress:
+        rows.append("its elements are beams, rods or springs, which give no stress at nodes")
+    return rows
 
 
 def _source(q: dict[str, Any]) -> list[str]:

@@ -160,4 +160,4 @@ def _is_line(data, word: str) -> bool:
 
 def _stressed(data, nodes: np.ndarray) -> np.ndarray:
     """Return the nodes whose stress is not zero in every mode."""
-    return nodes[np.any(data.stress_modes[nodes] != 0.0, axis=(1, 2))] if data.n_modes else nodes
+    return nodes[data.stressed[nodes]] if data.n_modes else nodes

@@ -64,6 +64,7 @@ for name, file, colour, elastic in PARTS:
         ColorBy(shown, ("POINTS", STRESS))
         stress.RescaleTransferFunction(0.0, LARGEST)
         shown.SetScalarBarVisibility(view, True)
+        stress.NanColor = colour  # nodes of beams alone have no stress
     else:
         shown.ColorArrayName = [None, ""]
         shown.AmbientColor = shown.DiffuseColor = colour
@@ -112,7 +113,7 @@ def paraview_script(solution, path: str | Path, *, camera=None) -> Path:
         )
     rows = []
     for part in scene.parts:
-        elastic = part.data is not None and part.data.stress_modes is not None
+        elastic = part.data is not None and part.data.has_stress
         place = files[part.name].relative_to(path.parent).as_posix()
         rows.append(f"    ({part.name!a}, {place!a}, {_rgb(part_color(scene, part))}, {elastic}),")
     up = upwards(solution.model)

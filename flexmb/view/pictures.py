@@ -188,7 +188,7 @@ def largest_stress(scene, frames) -> float:
     """Return the largest von Mises stress (Pa) of all bodies at the frames."""
     largest = 0.0
     for part in scene.parts:
-        if part.data is None or part.data.stress_modes is None:
+        if part.data is None or not part.data.has_stress:
             continue
         for phase in {scene.samples[frame][0] for frame in frames}:
             rows = [scene.samples[frame][1] for frame in frames if scene.samples[frame][0] == phase]

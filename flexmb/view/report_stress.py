@@ -48,7 +48,7 @@ def _peaks(solution):
         series = solution.series(count)
         for body in phase.model.bodies:
             data = getattr(body, "reduced", None)
-            if data is None or data.stress_modes is None or not data.n_modes:
+            if data is None or not data.has_stress:
                 continue
             value, time = recover.von_mises_envelope(data, phase.t, series.modal_coordinates(body.name))
             node = int(np.argmax(value))

@@ -228,6 +228,7 @@ class Stage:
                 "clim": (0.0, MEGA * self.largest_stress),
                 "scalar_bar_args": _bar(),
                 "interpolate_before_map": True,
+                "nan_color": part_color(self.scene, part),  # beams beside shells: they have no stress
             }
         thin = surface.n_lines > 0
         actor = self.plotter.add_mesh(
