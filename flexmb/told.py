@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from flexmb.errors import ValidityWarning
 
-__all__ = ["Told", "listening", "repeat", "tell"]
+__all__ = ["Told", "listening", "repeat", "speaking_of", "tell"]
 
 PACKAGE = str(Path(__file__).parent) + os.sep
 
@@ -28,16 +28,20 @@ class Told(NamedTuple):
     text: str
 
 
+_whose: ContextVar[str] = ContextVar("whose", default="")
 _heard: ContextVar[tuple[list[Told], ...]] = ContextVar("heard", default=())
 
 
 def tell(text: str, category: type[Warning] = ValidityWarning) -> None:
     """Give a warning at the line of the user, and to all that listen."""
-    for told in _heard.get():
-        told.append(Told(category, text))
+    whose = _whose.get()
+    if whose and not text.startswith(whose):
+        text = f"{whose}: {text}"
     depth, frame = 1, sys._getframe(1)
     while frame.f_back is not None and _inside(frame.f_code.co_filename):
         depth, frame = depth + 1, frame.f_back
+    for told in _heard.get():
+        told.append(Told(category, text))
     warnings.warn(text, category, stacklevel=depth + 1)
 
 
@@ -45,6 +49,16 @@ def repeat(told: Iterable[Told]) -> None:
     """Give warnings once more, each text once."""
     for category, text in dict.fromkeys(told):
         tell(text, category)
+
+
+@contextmanager
+def speaking_of(whose: str) -> Iterator[None]:
+    """Put a name before all that is told inside the ``with`` block: "Part 'jib'"."""
+    before = _whose.set(whose)
+    try:
+        yield
+    finally:
+        _whose.reset(before)
 
 
 @contextmanager

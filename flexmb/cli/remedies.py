@@ -19,6 +19,7 @@ def in_files_and_options(text: str, statics: bool = False) -> str:
     """Return a message with its remedies for users of the command line; `statics`: does the verb have ``--statics``?"""
     rest = f"--statics, or {AT_REST}" if statics else AT_REST
     for said, meant in (
+        (r"start from (?:fmb|flexmb)\.statics\(model\)", f"begin in the equilibrium ({rest})"),
         (r"(?:about=)?(?:fmb|flexmb)\.statics\(model\)", rest),
         (r"the result of " + re.escape(rest), rest),
         (r"\(state=, or other places in the model\)", "(other places in the model)"),

@@ -76,7 +76,7 @@ def body_data(context: Context, raw: Any, where: str, name: str) -> Any:
     name, _, body = value.partition("#")  # a body of a run: "solution.h5#lever"
     path = resolved(named_file(context.path.parent, name, where))
     if not path.is_file():
-        held = sorted(p.name for p in path.parent.glob("*.h5")) if path.parent.is_dir() else []
+        held = sorted(p.name for p in path.parent.glob("*.h5") if p.is_file()) if path.parent.is_dir() else []
         raise ModelError(
             where,
             found=f"'{name}' is a folder" if path.is_dir() else f"the file '{name}' does not exist",

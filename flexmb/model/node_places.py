@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean
+from flexmb.model.described import whole
 from flexmb.model.modal_arrays import ModalArrays
 from flexmb.model.numbering import named_numbers
 
@@ -22,7 +23,7 @@ def nodes_named(data: ModalArrays, where: Any, part: str) -> np.ndarray:
     if isinstance(where, list | tuple) and any(isinstance(one, str) for one in where):
         return np.unique(np.concatenate([nodes_named(data, one, part) for one in where]))
     try:
-        nodes = np.atleast_1d(np.asarray(where))
+        nodes = np.atleast_1d(np.asarray(whole(where)))
     except ValueError:  # rows of different lengths
         nodes = np.empty((1, 1))
     n = len(data.nodes)

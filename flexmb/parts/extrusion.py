@@ -28,6 +28,7 @@ class Boss(metaclass=Described):
     at : (2,), m
         Centre.
     diameter : float, m
+        Of the disc.
     """
 
     at: Any
@@ -44,9 +45,11 @@ class Bore(metaclass=Described):
     Parameters
     ----------
     name : str
+        Of the set of its surface.
     at : (2,), m
         Centre.
     diameter : float, m
+        Of the hole.
     """
 
     name: str
@@ -67,13 +70,17 @@ class Extrusion(metaclass=Described):
     Parameters
     ----------
     depth : float, m
+        Thickness, along z.
     material : Material, OrthotropicMaterial, or the name of a material
+        "steel", "aluminium", "titanium" and others are ready-made.
     size : float, m
         Largest element.
     outline : (n, 2), m, optional
         Corners of a polygon.
     bosses : list of Boss
+        Discs that are added.
     bores : list of Bore
+        Holes that are taken away.
     around : int
         Elements around a full circle, at least.
     name : str
@@ -101,6 +108,15 @@ class Extrusion(metaclass=Described):
         """Return a rectangular plate (m), x from 0 to `length`, y from 0 to `width`; `bores` may be given as well.
 
         Its narrow sides are "side_1" (y = 0), "side_2" (x = length), "side_3" (y = width) and "side_4" (x = 0).
+
+        Parameters
+        ----------
+        length : float, m
+            Along x.
+        width : float, m
+            Along y.
+        thickness : float, m
+            Along z.
         """
         _check_lengths("Extrusion.plate", length=length, width=width, thickness=thickness)
         corners = [[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]]
@@ -109,7 +125,16 @@ class Extrusion(metaclass=Described):
     @classmethod
     @named_arguments
     def tube(cls, *, outer_diameter: float, wall: float, length: float, **others) -> Extrusion:
-        """Return a round tube about the z-axis (m); its inner surface is the set "inside"."""
+        """Return a round tube about the z-axis (m); its inner surface is the set "inside", its ends "bottom" and "top".
+
+        Parameters
+        ----------
+        outer_diameter : float, m
+        wall : float, m
+            Thickness.
+        length : float, m
+            Along z.
+        """
         _check_lengths("Extrusion.tube", outer_diameter=outer_diameter, wall=wall, length=length)
         if not 2.0 * wall < outer_diameter:
             raise ModelError(
@@ -125,7 +150,19 @@ class Extrusion(metaclass=Described):
     @named_arguments
     def lug(cls, *, length: float, width: float, thickness: float, bore: float, **others) -> Extrusion:
         """Return a lug (m): round about the bore "bore" at the origin, with a foot "side_4" of the same width at
-        x = -length."""
+        x = -length.
+
+        Parameters
+        ----------
+        length : float, m
+            From the foot to the middle of the bore.
+        width : float, m
+            Of the foot, and diameter of the round end.
+        thickness : float, m
+            Along z.
+        bore : float, m
+            Diameter.
+        """
         _check_lengths("Extrusion.lug", length=length, width=width, thickness=thickness, bore=bore)
         half = width / 2.0
         corners = [[-length, -half], [0.0, -half], [0.0, half], [-length, half]]

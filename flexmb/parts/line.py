@@ -34,6 +34,7 @@ class Line(metaclass=Described):
     section : Section, or two of them, or one per point
         Two taper linearly from the first to the last point, one per point in every stretch between points.
     material : Material, or the name of one
+        "steel", "aluminium", "titanium" and others are ready-made.
     size : float, m, optional
         Largest length of a beam. Without it, and without `elements`, nodes are at points and named places only.
     elements : int, optional
@@ -42,8 +43,12 @@ class Line(metaclass=Described):
         Named nodes at fractions 0..1 of the length of the line; several make one set, in ascending order.
     orientation : (3,), optional
         Vector whose part across the beam is the section's y-axis; see `flexmb.fem.frame`.
-    shear, rotary_inertia, lumped : bool
-        As in `flexmb.fem.frame`.
+    shear : bool
+        Shear flexibility (Timoshenko); false for Euler and Bernoulli's beams.
+    rotary_inertia : bool
+        Inertia of the sections about their axes.
+    lumped : bool
+        Diagonal mass.
     name : str
         Goes before the names of the sets "start" and "end" ("spar.start") and names the set of all nodes.
     """
@@ -102,8 +107,8 @@ class Line(metaclass=Described):
             raise ModelError(
                 self.title,
                 found=f"{len(given)} sections for {len(self.points)} points",
-                expected=f"1, 2 (a taper) or {len(self.points)}",
-                remedy="Give one section per point",
+                expected="1, or 2 for a taper" + (f", or {len(self.points)}" if len(self.points) > 2 else ""),
+                remedy="Give one section, or one for each point",
             )
         object.__setattr__(self, "section", tuple(given))
 

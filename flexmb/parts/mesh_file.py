@@ -83,6 +83,7 @@ class MeshFile(metaclass=Described):
     file : path
         Gmsh, Nastran, Abaqus or VTU mesh.
     material : Material, OrthotropicMaterial, the name of a material, or a mapping of group to these (solids)
+        "steel", "aluminium", "titanium" and others are ready-made.
     thickness : float or mapping of group to float, m, optional
         The triangles and quadrilaterals are shells; without it the solid cells are taken.
     groups : list of str, optional
@@ -93,6 +94,8 @@ class MeshFile(metaclass=Described):
         Changes of length, one after another.
     lumped : bool
         Diagonal mass.
+    stress_side : float, -, of shells
+        Side whose stress is kept: -1 (bottom), 0 (middle) or 1 (top); without it the middle, with a warning.
     name : str
         Goes before the names of the groups, "lever.bore".
     """
@@ -106,6 +109,7 @@ class MeshFile(metaclass=Described):
     scale: float = 1.0
     stretch: Any = ()
     lumped: bool = False
+    stress_side: float | None = None
     name: str = ""
 
     @property
@@ -155,6 +159,18 @@ class MeshFile(metaclass=Described):
                 expected="a positive number, or one for each group",
                 remedy="Write thickness = 0.002, or { skin = 0.002, rib = 0.003 }",
             )
+        self._check_side(solids)
+
+    def _check_side(self, solids: bool) -> None:
+        if self.stress_side is None:
+            return
+        if solids or not (is_number(self.stress_side) and abs(self.stress_side) <= 1.0):
+            raise ModelError(
+                self.title,
+                found=f"stress_side = {self.stress_side!r}" + (" of solids" if solids else ""),
+                expected="-1 (bottom), 0 (middle) or 1 (top), where thickness makes shells",
+                remedy="Remove stress_side" if solids else "Write stress_side = 1 for the outer fibres on top",
+            )
 
     def content(self) -> dict[str, Any]:
         """Return what the file holds, as digits; where it names other files, what is read with them as well."""
@@ -183,7 +199,7 @@ class MeshFile(metaclass=Described):
             mesh = replace(mesh, points=stretch.moved(mesh.points))
         if self.thickness is None:
             return solid(mesh, self.material, lumped=self.lumped)
-        return shell(mesh, self.material, self.thickness, lumped=self.lumped)
+        return shell(mesh, self.material, self.thickness, lumped=self.lumped, stress_side=self.stress_side)
 
     def _require_between(self, stretch: Stretch, points: np.ndarray) -> None:
         """Raise ModelError if all of the mesh lies on one side of a stretch: it would change nothing."""

@@ -20,6 +20,7 @@ class Each(metaclass=Described):
     Parameters
     ----------
     of : str, node numbers or coordinates, m
+        The nodes.
     """
 
     of: Any
@@ -37,6 +38,7 @@ class Forces(metaclass=Described):
     Parameters
     ----------
     on : str, node numbers or coordinates, m
+        The nodes that are loaded.
     force : (3,), N
         Every component is a number for all nodes, or a list with one for each node of the set.
     moment : (3,), N m

@@ -27,6 +27,7 @@ from flexmb.parts.places import check_near
 from flexmb.parts.watchers import tell_progress
 from flexmb.reduction.craig_bampton import reduce
 from flexmb.reduction.mode_choice import USUAL, parse_modes
+from flexmb.told import speaking_of
 
 __all__ = ["Part"]
 
@@ -40,26 +41,47 @@ class Part(metaclass=Described):
     name : str
     pieces : list of Line, Plate, MeshFile, Extrusion
         What the finite elements are; nodes of different pieces at the same place become one.
-    deck, units : path and str, instead of pieces
-        A whole deck of Nastran, Abaqus or CalculiX, as in `flexmb.fem.read_deck`.
-    lumped, stress_side : bool and float, of a deck
-        As in `read_deck`: masses lumped at nodes, and the side of shells (-1, 0, +1) whose stress is kept.
+    deck : path
+        Instead of pieces: a whole deck of Nastran, Abaqus or CalculiX, as in `flexmb.fem.read_deck`.
+    units : str, of a deck
+        "mm, t, s", what the deck is written in.
+    lumped : bool, of a deck
+        Masses lumped at nodes; by default as the deck says.
+    stress_side : float, of a deck
+        Side of shells whose stress is kept: -1 (bottom), 0 (middle) or +1 (top). Pieces have their own.
     links : list of Arm, RigidLink, AveragingLink
         In this order, after the pieces are joined.
     masses : list of Mass, Spring
+        After the links.
     interfaces : mapping of name to place, or "all" of a deck
-        Where joints and forces act; the fields from here on as in `flexmb.reduction.reduce`.
+        Where joints and forces act: the name of a set, node numbers, three coordinates (m), `Rigid`, `Averaging` or
+        `Nodes`. A bare place is a rigid coupling.
     modes : int or str
-    basis : `flexmb.reduction.Rubin`, `Krylov`, ..., or text
-        `CraigBampton` unless given.
-    stations, loads : mapping of name to place, or to load
-        Stations may be `Each`; loads also `Forces`, `LineTable`, `PressureTable` and `SurfaceFile`.
+        How many normal modes, usually 12; or "up to 200 Hz within 1 %".
+    basis : kind of basis, or text
+        Which displacements the body has: `CraigBampton` unless given, or "Krylov frequencies=0,120 order=2".
+    stations : mapping of name to place
+        Points that are only observed: places as of interfaces, or `Each`; they need no node.
+    loads : mapping of name to load
+        Load shapes of unit size. The name of a surface alone is a unit pressure (1 Pa) onto it.
     residual_vectors : list of str, or "all"
-    geometric_stiffness, stress : bool
+        Loads whose static response joins the basis.
+    geometric_stiffness : bool
+        Keep how inertia, interface loads and load shapes change the stiffness.
+    stress : bool
+        Keep the stress of solids and shells.
     frame : str
-    damping, preload, contact : as in `reduce`
+        "buckens", or the name of the interface at which the body frame is clamped.
+    damping : float, list of float, `Rayleigh` or `Bands`, -
+        Fraction of critical damping of all modes, or of each.
+    preload : mapping of load to float
+        Constant loads, as factors of load shapes, whose geometric stiffness is always there.
+    contact : str, or several
+        Surfaces on which others will press: responses to pressures there join the basis.
     compare : int
-    error_up_to : float, Hz, optional
+        How many frequencies of the full model are computed for the report.
+    error_up_to : float, Hz
+        Bounds the error of the response to loads up to this frequency.
     parameters, model : mapping of name to value, and name of the model file
         What the description was made with; noted in the data, without a part in what is computed.
     """
@@ -235,7 +257,8 @@ class Part(metaclass=Described):
         say = lambda stage, fraction: tell_progress(self.name, stage, fraction)  # noqa: E731
         try:
             say("finite elements", 0.0)
-            fe = self.finite_elements()
+            with speaking_of(self.title):
+                fe = self.finite_elements()
             loads = {
                 name: load.on_nodes(fe, f"Load '{name}'") if hasattr(load, "on_nodes") else load
                 for name, load in self.loads.items()

@@ -34,14 +34,16 @@ class Plate(metaclass=Described):
     thickness : float, or four of them, m
         Four are those at the corners, with a linear change between.
     material : Material, or the name of one
+        "steel", "aluminium", "titanium" and others are ready-made.
     size : float, m
         Largest length of an element's edge.
     nodes : mapping of name to (u, v), or to several, -
         Named nodes at fractions 0..1 along edge 1 (u) and along edge 4 backwards (v); (0, 0) is corner 1.
     lumped : bool
         Diagonal mass.
-    stress_side : float or None
-        -1, 0 or 1, None for the middle with a warning: see `flexmb.fem.shell`.
+    stress_side : float or None, -
+        Side whose stress is kept: 1 (top, from where the corners go round counterclockwise), 0 (middle) or -1 (bottom);
+        without it the middle, with a warning.
     name : str
         Set of all nodes and of the surface (for pressures). The sets ``edge_1`` ... ``edge_4`` and
         ``corner_1`` ... ``corner_4`` carry it before their names, "skin.edge_1".
@@ -81,6 +83,7 @@ class Plate(metaclass=Described):
                 remedy="Write thickness = 0.002",
             )
         object.__setattr__(self, "thickness", thickness)
+        self._check_order()
         size = largest_size(self.size, self.title)
         u, v = self._edges()
         check_count(u / size * v / size, self.title, "shell elements")
@@ -92,6 +95,26 @@ class Plate(metaclass=Described):
                 remedy="0 is the middle of the thickness",
             )
         object.__setattr__(self, "nodes", self._places())
+
+    def _check_order(self) -> None:
+        """Raise ModelError where the corners do not go round: two opposite edges cross, as in a bow tie.
+
+        Of corners that go round, seen from one side, at most one is turned in (an arrow head); of a bow tie two are.
+        """
+        corners = np.asarray(self.corners)
+        if len(corners) > 4:  # edges may bend
+            return
+        normals = np.cross(np.roll(corners, -1, axis=0) - corners, np.roll(corners, 1, axis=0) - corners)
+        largest = normals[np.linalg.norm(normals, axis=1).argmax()]
+        turned = normals @ largest
+        if np.count_nonzero(turned < -1e-9 * (largest @ largest)) == 2:
+            right = corners[[0, 1, 3, 2]] if turned[0] * turned[1] > 0.0 else corners[[0, 2, 1, 3]]
+            raise ModelError(
+                f"{self.title}, corners",
+                found="corners that do not go round: two opposite edges cross",
+                expected="the corners in order along the edge of the plate",
+                remedy=f"Write corners = {right.tolist()}",
+            )
 
     def _edges(self) -> tuple[float, float]:
         """Return the longer of opposite edges along u and along v, m."""

@@ -128,6 +128,7 @@ class Mass(metaclass=Described):
     Parameters
     ----------
     at : str, node numbers or coordinates, m
+        Every node gets a mass.
     mass : float or list of float, kg
         Of each node.
     inertia : (3,) or (3, 3), kg m2, optional
@@ -157,6 +158,7 @@ class Spring(metaclass=Described):
     Parameters
     ----------
     at, to : name of a set of one node, node number or coordinates, m
+        Its two ends.
     stiffness : (6,) or (6, 6), N/m and N m/rad
         Along and about the body axes.
     """

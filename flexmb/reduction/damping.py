@@ -29,7 +29,13 @@ class Rayleigh(metaclass=Described):
 
 @dataclass(frozen=True)
 class Bands(metaclass=Described):
-    """Constant ratio in frequency bands: pairs (upper frequency in Hz, ratio); the last ratio holds above too."""
+    """Constant ratio in frequency bands.
+
+    Parameters
+    ----------
+    bands : sequence of (float, float), Hz and -
+        Pairs of upper frequency and ratio; the last ratio holds above too.
+    """
 
     bands: tuple[tuple[float, float], ...]
 

@@ -54,7 +54,12 @@ class Averaging(metaclass=Described):
 
 @dataclass(frozen=True)
 class Nodes(metaclass=Described):
-    """Every freedom of the nodes is kept; each node becomes an interface ``name`` (or ``name_<node>`` if several)."""
+    """Every freedom of the nodes is kept; each node becomes an interface ``name`` (or ``name_<node>`` if several).
+
+    Parameters
+    ----------
+    where : set name, node numbers or coordinates
+    """
 
     where: Any
 

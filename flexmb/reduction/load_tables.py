@@ -138,6 +138,7 @@ class PressureTable(MappedLoad):
     span, chord : (n,) and (m,), -
         Fractions 0..1 of span and chord of the table, ascending; beyond the first and last the pressure is constant.
     pressure : (n, m), Pa
+        A row for each station of the span.
     on, reach, turns_with
         As in `LineTable`.
     """

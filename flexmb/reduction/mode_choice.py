@@ -25,9 +25,17 @@ USUAL = "usual"
 
 @dataclass(frozen=True)
 class UpTo(metaclass=Described):
-    """Every free-free frequency of the full model up to `frequency` (Hz) is met within the relative `accuracy`; with
-    `response`, the response to the loads of the body up to there is. Bases other than Craig & Bampton's always take
-    the response.
+    """Modes as many as an accuracy asks for: of the free-free frequencies of the full model, or of the response.
+
+    Parameters
+    ----------
+    frequency : float, Hz
+        Up to here the accuracy is met.
+    accuracy : float, -
+        Relative error.
+    response : bool
+        The response to the loads of the body is met, not its frequencies; bases other than Craig & Bampton's always
+        take the response.
     """
 
     frequency: float

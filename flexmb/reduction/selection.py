@@ -6,6 +6,7 @@ import numpy as np
 
 from flexmb.errors import ReductionError, did_you_mean
 from flexmb.fem.fe_model import FEModel
+from flexmb.model.described import whole
 
 __all__ = ["is_point", "model_size", "nodes_of", "points_of", "require_place"]
 
@@ -84,7 +85,7 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
         require_place(fe, where, part)
         nodes = _located(fe, points_of(where), part, moving)
     else:
-        nodes = _numbered(fe, where, part)
+        nodes = _numbered(fe, whole(where), part)
     nodes = np.unique(nodes)
     if len(nodes) == 0:
         raise ReductionError(

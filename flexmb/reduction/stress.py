@@ -38,8 +38,9 @@ def middle_surface(fe: FEModel) -> str:
     ):
         return ""
     return (
-        f"'{fe.name}': stress of shells is taken at the middle surface, without bending; give stress_side=1 or -1 to "
-        "fem.shell, fem.read_deck or the part, --stress-side to flexmb reduce (0 where it is meant)"
+        f"'{fe.name}': stress of shells is taken at the middle surface, without bending; give stress_side = 1 or -1 (0 "
+        "where that is meant) to its plates and shells (Plate, MeshFile, fem.shell), or to its deck (the part that has "
+        "one, fem.read_deck, flexmb reduce --stress-side)"
     )
 
 

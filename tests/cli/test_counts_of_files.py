@@ -66,3 +66,46 @@ def test_fractions_are_refused_by_name(file, capsys, setting, words):
     out, err = capsys.readouterr()
     assert all(word in out + err for word in ("mast.toml, [[body]] 'flap', data", *words))
     assert "Leave elements out" not in out + err
+
+
+LISTS = """
+[parameters]
+first = 2.0
+[[body]]
+kind = "Ground"
+[[body]]
+kind = "FloatingBody"
+name = "flap"
+[body.data]
+interfaces = { root = 0, pair = ["= first", "= first + 2"] }
+stations = { seen = ["= 2*first"], all = { kind = "Each", of = ["= first", 4, 5, "= 3*first"] } }
+masses = [{ kind = "Mass", at = ["= first - 1", 3], mass = 1.5 }]
+links = [{ kind = "RigidLink", nodes = ["= first + 4"], reference = [1, 0, 0.1], name = "eye" }]
+loads = { push = { kind = "Forces", on = ["= first + 1"], force = [0, 0, 1] } }
+modes = 1
+[[body.data.pieces]]
+kind = "Line"
+points = [[0, 0, 0], [1, 0, 0]]
+elements = 6
+material = "steel"
+section = { kind = "Section.rectangle", width = 0.02, height = 0.02 }
+"""
+
+
+def test_lists_of_node_numbers(file):
+    """Numbers of nodes from arithmetic: the body is the one of whole numbers; a place stays a place."""
+    path = file.with_name("lists.toml")
+    path.write_text(LISTS)
+    data = flap(path).data
+    whole = LISTS.replace('["= first", "= first + 2"]', "[2, 4]").replace('["= 2*first"]', "[4]")
+    whole = whole.replace('["= first", 4, 5, "= 3*first"]', "[2, 4, 5, 6]").replace('["= first - 1", 3]', "[1, 3]")
+    whole = whole.replace('["= first + 4"]', "[6]").replace('["= first + 1"]', "[3]")
+    path.write_text(whole)
+    same = flap(path).data
+    assert data.marker_names == same.marker_names
+    assert data.marker_positions == pytest.approx(same.marker_positions)
+    assert data.mass == pytest.approx(same.mass)
+    assert data.load_shapes == pytest.approx(same.load_shapes)
+    path.write_text(LISTS)
+    with pytest.raises(fmb.errors.ModelError, match=r"\(6\.5,\)\. Expected: a set name, node numbers"):
+        flap(path, {"first": 2.5})

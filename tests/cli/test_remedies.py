@@ -9,6 +9,8 @@ from flexmb.cli import main
 from flexmb.cli.remedies import in_files_and_options
 
 SAID = {
+    "or start from fmb.statics(model), and": 'or begin in the equilibrium (start = "equilibrium" in the table '
+    "[simulation]), and",
     "Begin at one: about=fmb.statics(model)": 'Begin at one: start = "equilibrium" in the table [simulation]',
     "Give the result of fmb.statics(model), or": 'Give start = "equilibrium" in the table [simulation], or',
     "Write shape=fmb.Sphere(radius=0.1); Box": 'Write shape={ kind = "Sphere", radius = 0.1 }; Box',

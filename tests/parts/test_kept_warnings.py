@@ -138,3 +138,13 @@ def test_listeners_hear_whatever_the_filters_show():
                 repeat([Told(UserWarning, "two")] * 2)
     assert heard == [Told(fmb.ValidityWarning, "one"), Told(UserWarning, "one"), Told(UserWarning, "two")]
     assert inner == heard[2:]
+
+
+def test_a_warning_of_elements_names_its_part():
+    """A line without a name, 4 km long: the message says whose it is, the first time and from the cache."""
+    line = parts.Line(points=[(0, 0, 0), (4e3, 0, 0)], elements=2, section=BAR, material="steel")
+    part = parts.Part(name="jib", pieces=[line], interfaces={"root": "start"}, modes=0, compare=0)
+    for _ in range(2):
+        told = [text for _, text in told_by(part.reduced)[1] if "Frame 'line'" in text]
+        assert told
+        assert all(text.startswith("Part 'jib': Frame 'line': ") for text in told)

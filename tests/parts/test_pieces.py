@@ -160,7 +160,18 @@ def test_a_stretch_beside_the_mesh_is_refused():
             lambda: parts.Line(points=LINE, section=BAR, material="steel", elements=100_001),
             "about 100001 beams.*reduce",
         ),
-        (lambda: parts.Line(points=LINE, section=(BAR, BAR, BAR), material="steel"), "3 sections for 2 points"),
+        (
+            lambda: parts.Line(points=LINE, section=(BAR, BAR, BAR), material="steel"),
+            r"3 sections for 2 points\. Expected: 1, or 2 for a taper\. ",
+        ),
+        (
+            lambda: parts.Plate(corners=[SQUARE[k] for k in (0, 1, 3, 2)], thickness=0.1, material="steel", size=0.1),
+            r"do not go round.*Write corners = \[\[0.0, 0.0, 0.0\], \[1.0, 0.0, 0.0\], \[1.0, 1.0, 0.0\], ",
+        ),
+        (
+            lambda: parts.Plate(corners=[SQUARE[k] for k in (0, 2, 1, 3)], thickness=0.1, material="steel", size=0.1),
+            "two opposite edges cross",
+        ),
         (lambda: parts.Line(points=LINE, sections=BAR, material="steel"), "Did you mean 'section'"),
         (lambda: parts.Plate(corners=SQUARE, thickness=0.0, material="steel", size=0.1), "thickness = 0.0 m"),
         (lambda: parts.Plate(corners=SQUARE[:3], thickness=0.1, material="steel", size=0.1), "four points"),

@@ -161,6 +161,13 @@ class Section(metaclass=Described):
 
         The torsion constant is St-Venant's series (Timoshenko & Goodier, Theory of Elasticity, art. 109);
         the shear factor is Cowper's, 5/6 for ``poisson=0``.
+
+        Parameters
+        ----------
+        width, height : float, m
+            Along y and along z.
+        poisson : float, -
+            For the shear factor.
         """
         _check_lengths("rectangle", width, height)
         kappa = shapes.cowper_rectangle(poisson)
@@ -177,13 +184,30 @@ class Section(metaclass=Described):
 
     @classmethod
     def solid_circle(cls, diameter: float, *, poisson: float = 0.0) -> Section:
-        """Return a solid circle of a diameter (m)."""
+        """Return a solid circle.
+
+        Parameters
+        ----------
+        diameter : float, m
+        poisson : float, -
+            For the shear factor.
+        """
         _check_lengths("solid_circle", diameter)
         return cls._round("solid_circle", (diameter,), diameter, 0.0, poisson)
 
     @classmethod
     def tube(cls, diameter: float, wall: float, *, poisson: float = 0.0) -> Section:
-        """Return a round tube of outer diameter (m) and wall thickness (m)."""
+        """Return a round tube.
+
+        Parameters
+        ----------
+        diameter : float, m
+            Outer diameter.
+        wall : float, m
+            Thickness.
+        poisson : float, -
+            For the shear factor.
+        """
         _check_lengths("tube", diameter, wall)
         _check_wall("tube", wall, diameter)
         return cls._round("tube", (diameter, wall), diameter, diameter - 2.0 * wall, poisson)
@@ -192,11 +216,20 @@ class Section(metaclass=Described):
     def box(
         cls, width: float, height: float, wall: float, web: float | None = None, *, poisson: float = 0.0
     ) -> Section:
-        """Return a rectangular hollow section, outer width (m) along y, outer height (m) along z.
+        """Return a rectangular hollow section.
 
-        ``wall`` (m) is the thickness of the two flanges (parallel to y) and, unless ``web`` (m) is given,
-        of the two webs (parallel to z). Torsion: Bredt's closed cell plus the open part of the walls;
-        shear: Cowper's thin-walled box.
+        Torsion: Bredt's closed cell plus the open part of the walls; shear: Cowper's thin-walled box.
+
+        Parameters
+        ----------
+        width, height : float, m
+            Outer size along y and along z.
+        wall : float, m
+            Thickness of the two flanges (parallel to y) and, without ``web``, of the two webs.
+        web : float, m, optional
+            Thickness of the two webs (parallel to z).
+        poisson : float, -
+            For the shear factors.
         """
         web = wall if web is None else web
         _check_lengths("box", width, height, wall, web)
@@ -216,10 +249,18 @@ class Section(metaclass=Described):
 
     @classmethod
     def i(cls, width: float, height: float, flange: float, web: float, *, poisson: float = 0.0) -> Section:
-        """Return a doubly symmetric I: flanges of a width (m) along y, height (m) along z, thicknesses (m)
-        of both.
+        """Return a doubly symmetric I.
 
         Torsion: El Darwish & Johnston 1965; shear along z: Cowper's I, along y: the flanges as rectangles.
+
+        Parameters
+        ----------
+        width, height : float, m
+            Width of the flanges along y, whole height along z.
+        flange, web : float, m
+            Thicknesses.
+        poisson : float, -
+            For the shear factors.
         """
         _check_lengths("i", width, height, flange, web)
         _check_wall("i", flange, height)
