@@ -102,7 +102,10 @@ def nodes_of(fe: FEModel, where, part: str, *, moving: bool = True) -> np.ndarra
             part,
             found=f"{len(free)} of its nodes have no independent freedoms ({why}), first {fe.node_name(free[0])}",
             expected="nodes of the FE model that move by themselves",
-            remedy="Choose the node that the link hangs on" if linked else "Choose nodes that belong to elements",
+            remedy="Choose the node that the link hangs on; an interface may be at another place than its nodes, "
+            "Rigid(where=..., at=(x, y, z))"
+            if linked
+            else "Choose nodes that belong to elements",
         )
     return nodes
 

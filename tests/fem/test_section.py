@@ -131,7 +131,7 @@ def test_taper_interpolates_dimensions():
 @pytest.mark.parametrize(
     ("make", "found", "remedy"),
     [
-        (lambda: Section.rectangle(0.0, 0.1), "a length of 0.0 m", "in metres"),
+        (lambda: Section.rectangle(0.0, 0.1), "width = 0.0 m", "in metres"),
         (lambda: Section.tube(0.04, 0.02), "a wall of 0.02 m", "rectangle or solid_circle"),
         (lambda: Section.box(0.1, 0.05, 0.03), "a wall of 0.03 m", "rectangle or solid_circle"),
         (lambda: Section.i(0.1, 0.1, 0.01, 0.2), "web = 0.2 m", "in metres"),

@@ -151,7 +151,7 @@ stretch = [{{ kind = "Stretch", along = [1, 0, 0], between = [{x.min()}, {x.max(
     [
         ('kind = "Line"', 'kind = "Lime"', "Did you mean 'Line'"),
         ("elements = 10", "element = 10", "Did you mean 'elements'"),
-        ('height = "= height" }', "height = 0.0 }", "a length of 0.0 m"),
+        ('height = "= height" }', "height = 0.0 }", "height = 0.0 m"),
         ("modes = 4", "mods = 4", "Did you mean 'modes'"),
         ('root = "start"', 'root = "strat"', "Did you mean 'start'"),
         ("nodes = { mid = 0.5 }", 'nodes = { mid = "= 2*length" }', "node 'mid'"),

@@ -152,8 +152,8 @@ OFFLINE = [
     (lambda: fem.read_mesh(None), MeshError, "the path None", "Write fem.read_mesh"),
     (lambda: fem.frame(points=LINE, section=None, material=STEEL), MeshError, "section: nothing", "Section.tube"),
     (lambda: fem.frame(points=LINE, section=TUBE, material="steel"), MeshError, "the text 'steel'", "Material("),
-    (lambda: fem.Section.solid_circle(0.0), MeshError, "a length of 0.0 m", "in metres"),
-    (lambda: fem.Section.rectangle("2 cm", 0.01), MeshError, "a length of '2 cm' m", "in metres"),
+    (lambda: fem.Section.solid_circle(0.0), MeshError, "diameter = 0.0 m", "in metres"),
+    (lambda: fem.Section.rectangle("2 cm", 0.01), MeshError, "width = '2 cm' m", "in metres"),
     (lambda: fem.Section.values(None, 1.0, 1.0, 1.0), MeshError, "area = None m2", "in metres"),
     (
         lambda: reduction.reduce(beam(), interfaces=["start"]),

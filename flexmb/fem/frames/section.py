@@ -169,7 +169,7 @@ class Section(metaclass=Described):
         poisson : float, -
             For the shear factor.
         """
-        _check_lengths("rectangle", width, height)
+        _check_lengths("rectangle", width=width, height=height)
         kappa = shapes.cowper_rectangle(poisson)
         return cls(
             area=width * height,
@@ -192,7 +192,7 @@ class Section(metaclass=Described):
         poisson : float, -
             For the shear factor.
         """
-        _check_lengths("solid_circle", diameter)
+        _check_lengths("solid_circle", diameter=diameter)
         return cls._round("solid_circle", (diameter,), diameter, 0.0, poisson)
 
     @classmethod
@@ -208,7 +208,7 @@ class Section(metaclass=Described):
         poisson : float, -
             For the shear factor.
         """
-        _check_lengths("tube", diameter, wall)
+        _check_lengths("tube", diameter=diameter, wall=wall)
         _check_wall("tube", wall, diameter)
         return cls._round("tube", (diameter, wall), diameter, diameter - 2.0 * wall, poisson)
 
@@ -232,7 +232,7 @@ class Section(metaclass=Described):
             For the shear factors.
         """
         web = wall if web is None else web
-        _check_lengths("box", width, height, wall, web)
+        _check_lengths("box", width=width, height=height, wall=wall, web=web)
         _check_wall("box", wall, height)
         _check_wall("box", web, width)
         inner_y, inner_z = width - 2 * web, height - 2 * wall
@@ -262,7 +262,7 @@ class Section(metaclass=Described):
         poisson : float, -
             For the shear factors.
         """
-        _check_lengths("i", width, height, flange, web)
+        _check_lengths("i", width=width, height=height, flange=flange, web=web)
         _check_wall("i", flange, height)
         if not 0.0 < web <= width:
             raise MeshError(
@@ -362,12 +362,12 @@ def _check_shape(shape: Any) -> None:
         )
 
 
-def _check_lengths(shape: str, *lengths: float) -> None:
-    for length in lengths:
+def _check_lengths(shape: str, **lengths: Any) -> None:
+    for name, length in lengths.items():
         if not is_number(length) or not 0.0 < length <= LARGEST:
             raise MeshError(
                 f"Section '{shape}'",
-                found=f"a length of {length!r:.100} m",
+                found=f"{name} = {length!r:.100} m",
                 expected="a positive number",
                 remedy="Give the dimensions in metres",
             )
