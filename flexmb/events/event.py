@@ -107,8 +107,8 @@ class Event(Part):
             columns = len(sensor.columns(model))
             column = own if own is not None else 0 if columns == 1 else None
             column = column if self.column is None else self.column
-            whole_number = isinstance(column, int | np.integer) and not isinstance(column, bool)
-            if not whole_number or own not in (None, column) or not 0 <= column < columns:
+            counted = isinstance(column, int | np.integer) and not isinstance(column, bool) and 0 <= column < columns
+            if not counted or own not in (None, column):
                 raise ModelError(
                     self.title,
                     found=f"column = {self.column!r} of sensor '{self.sensor}'",

@@ -156,16 +156,18 @@ def _stored(name: str, path: Path, key: str) -> ModalNeutralData | None:
         found = load_kept(path, ModalNeutralData)
         if found.key != key:
             what = f"holds part '{found.data.name}' of another description" if found.key else "was not kept by it"
-            return _dropped(name, path, f"its entry in the cache {what}, and is made again ({path})")
+            _drop(name, path, f"its entry in the cache {what}, and is made again ({path})")
+            return None
     except (DataFileError, OSError) as error:
-        return _dropped(name, path, f"its entry in the cache was damaged and is made again ({error})")
+        _drop(name, path, f"its entry in the cache was damaged and is made again ({error})")
+        return None
     with suppress(OSError):
         os.utime(path)
     repeat(Told(CATEGORIES.get(category, UserWarning), text) for category, text in found.told)
     return found.data
 
 
-def _dropped(name: str, path: Path, why: str) -> None:
+def _drop(name: str, path: Path, why: str) -> None:
     """Remove an entry that is not what it should be, and tell."""
     with suppress(OSError):
         path.unlink(missing_ok=True)

@@ -268,8 +268,8 @@ class Loops:
         for name, given in formula.over.items():
             if not isinstance(given, Signal):
                 sensor, own = self._sensor(given)
-                one = own is not None or sensor.signal() is not None
-                sizes[name] = 1 if one else len(sensor.measured(self.compiler.model))
+                single = own is not None or sensor.signal() is not None
+                sizes[name] = 1 if single else len(sensor.measured(self.compiler.model))
         program, inputs = formula.read(sizes)
         read = []
         for one in inputs:
