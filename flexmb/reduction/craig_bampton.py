@@ -54,7 +54,7 @@ def reduce(
     frame: str = "buckens",
     damping: Any = None,
     stress: bool = True,
-    residual_vectors: Sequence[str] = (),
+    residual_vectors: Sequence[str] | str = (),
     preload: Mapping[str, float] | None = None,
     contact: Any = None,
     compare: int = 6,
@@ -87,7 +87,7 @@ def reduce(
         "buckens", or the name of the interface at which the body frame is clamped.
     damping : None, float, (m,), `Rayleigh` or `Bands`
         Proposed fraction of critical damping.
-    residual_vectors, preload : names of load shapes; mapping of load name to factor
+    residual_vectors, preload : names of load shapes, or "all"; mapping of load name to factor
         Loads whose static response joins the basis; constant load whose geometric stiffness is always there.
     contact : name of a facet set, `ContactZone`, or several
         Where others will press: responses to pressures on its facets join the basis.
@@ -122,7 +122,7 @@ def reduce(
         frame,
         damping,
         stress,
-        tuple(residual_vectors),
+        _joining(residual_vectors, loads or {}),
         preload or {},
         zones_of(contact),
         whole(compare),
@@ -319,6 +319,13 @@ def _frame_interface(frame: str, couplings: Sequence[Coupling], body: HeldBody) 
             remedy="Clamp the frame at a rigid or averaging interface, or use frame='buckens'",
         )
     return number
+
+
+def _joining(asked: Sequence[str] | str, loads: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of loads that are to join; "all" are those that do not join by themselves."""
+    if asked == "all":
+        return tuple(name for name, load in loads.items() if not isinstance(load, Track))
+    return (asked,) if isinstance(asked, str) else tuple(asked)
 
 
 def _check_names(asked: _Settings) -> None:

@@ -6,6 +6,7 @@ References: deflections of cantilevers (Roark's Formulas for Stress and Strain, 
 import numpy as np
 import pytest
 from reduction.solids import block
+from scipy.spatial.transform import Rotation
 
 import flexmb as fmb
 from flexmb import fem, reduction
@@ -157,6 +158,64 @@ def test_a_flow_solvers_surface():
     inside = fem.frame(axis, section=SECTION, material=STEEL)
     load = reduction.SurfacePressure(points=corner, pressure=pressure, triangles=triangles)
     np.testing.assert_allclose(resultant(inside, load.nodal(inside, "load")), expected, atol=1e-12 * size_of_terms)
+
+
+def closed_surface(size, centre):
+    """Return points (n, 3) and triangles, outward, of a convex surface in a box, pressures (n,) that vary over it, and
+    force and moment about the origin of what is linear on every triangle: int r p dA = A/12 sum_ij (1 + d_ij) r_i p_j.
+    """
+    from scipy.spatial import ConvexHull
+
+    points = np.random.default_rng(5).normal(size=(120, 3))
+    points = points / np.linalg.norm(points, axis=1)[:, None] * np.multiply(size, 0.6) + centre
+    triangles = ConvexHull(points).simplices.copy()
+    corners = points[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ij,ij->i", normal, corners.mean(axis=1) - centre) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    x, y, z = ((points - centre) / size).T
+    pressure = 30.0 + 200.0 * np.sin(3.0 * x) * z - 50.0 * x * y
+    corners, p = points[triangles], pressure[triangles]
+    area = np.linalg.norm(normal, axis=1)[:, None] / 2.0
+    outward = np.where(inward[:, None], -normal, normal) / (2.0 * area)
+    arm = area / 12.0 * (corners.sum(axis=1) * p.sum(axis=1)[:, None] + np.einsum("tij,ti->tj", corners, p))
+    force = -(area * p.mean(axis=1)[:, None] * outward).sum(axis=0)
+    return points, triangles, pressure, force, -np.cross(arm, outward).sum(axis=0)
+
+
+@pytest.mark.parametrize("structure", ["beam", "plate", "solid"])
+def test_the_foot_carries_what_the_flow_gives(structure, tmp_path):
+    """Surface file, mapping, reduction, a body that stands askew: force and moment at its clamp."""
+    import meshio
+
+    fe, root, on = {
+        "beam": lambda: (beam(bent=True), [0], None),
+        "plate": lambda: (plate(), [0, 1, 2, 3, 4], None),
+        "solid": lambda: (block(), "left", "skin"),
+    }[structure]()
+    low, high = fe.nodes.min(axis=0), fe.nodes.max(axis=0)
+    size = np.maximum(high - low, 0.2 * np.linalg.norm(high - low))
+    points, triangles, pressure, force, moment = closed_surface(size, (low + high) / 2.0)
+    meshio.write(tmp_path / "flow.vtu", meshio.Mesh(points, [("triangle", triangles)], point_data={"p": pressure}))
+    flow = reduction.SurfacePressure(**fem.read_surface(tmp_path / "flow.vtu"), on=on)
+    data = reduction.reduce(
+        fe, {"root": root}, modes=4, loads={"flow": flow}, residual_vectors="all", compare=0, stress=False
+    )
+    turn = Rotation.from_rotvec((0.4, -1.1, 0.7))
+    body = fmb.FloatingBody("body", data=data, at=(1.0, 2.0, 3.0), rotation=turn.as_rotvec())
+    at = np.array(body.marker_poses()["root"].at)
+    x, z = turn.apply([(1, 0, 0), (0, 0, 1)])
+    foot = fmb.Pose.axes(tuple(turn.apply(at) + (1.0, 2.0, 3.0)), x=tuple(x), z=tuple(z))
+    share = 1e-4  # small deflections: the load stays where it is
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"foot": foot}), body],
+        joints=[fmb.Fixed("clamp", markers=("ground.foot", "body.root"))],
+        forces=[fmb.Pressure("flow", load="body.flow", amount=share)],
+        sensors=[fmb.Reaction("clamp", joint="clamp")],
+    )
+    found = turn.inv().apply(fmb.statics(model)["clamp"][-1].reshape(2, 3)).ravel() / share
+    np.testing.assert_allclose(found[:3], -force, atol=1e-6 * np.abs(force).max())
+    np.testing.assert_allclose(found[3:], np.cross(at, force) - moment, atol=2e-5 * np.abs(moment).max())
 
 
 def test_files_of_flow_solvers(tmp_path, rng):

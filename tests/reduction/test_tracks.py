@@ -131,3 +131,14 @@ def test_tracks_that_cannot_be_are_refused(fe):
     data = reduction.reduce(fe, one, 1, loads={"rail": reduction.Track([3, 4])}, compare=0)
     with pytest.raises(ModelError, match="no track 'rial'"):
         fmb.moving_load("x", "beam.rial", 1.0, data=data, along=fmb.ramp(rate=1.0))
+
+
+def test_all_loads_join_or_one_by_its_name(fe):
+    """Tracks join by themselves and are not meant; one name is a name, not its letters."""
+    loads = {"rail": reduction.Track([3, 4]), "tip": {4: (0, 1.0, 0)}, "twist": {4: (0, 0, 0, 1.0, 0, 0)}}
+    of = lambda names: reduction.reduce(fe, {"a": [0]}, 2, loads=loads, residual_vectors=names, compare=0)  # noqa: E731
+    for names, same in (("all", ["tip", "twist"]), ("tip", ["tip"])):
+        given, listed = of(names), of(same)
+        assert given.n_modes == listed.n_modes
+        np.testing.assert_array_equal(given.stiffness, listed.stiffness)
+    assert of("all").n_modes == of("tip").n_modes + 1 == of(()).n_modes + 2
