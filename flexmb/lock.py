@@ -17,6 +17,7 @@ import time
 from pathlib import Path
 
 from flexmb.errors import DataFileError
+from flexmb.whereabouts import place_of
 
 __all__ = ["Lock", "holder"]
 
@@ -90,7 +91,9 @@ class Lock:
         _held.discard(self.key)
         if os.name != "nt":  # removed while it is held: who opens it now looks whether it is still the same
             with contextlib.suppress(OSError):
-                self.file.unlink(missing_ok=True)
+                place = place_of(self._stream.fileno(), self.file)  # the folder may have got another name, or be another
+                if place is not None:
+                    place.unlink(missing_ok=True)
         self._stream.close()
         if os.name == "nt":
             with contextlib.suppress(OSError):

@@ -19,8 +19,9 @@ import flexmb as fmb
 from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.cli.progress import ProgressBar
 from flexmb.cli.remedies import in_files_and_options
-from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, VERIFICATION, Log, new_run
+from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, VERIFICATION, Log, new_run, stored_in
 from flexmb.errors import DataFileError, IntegrationError
+from flexmb.results.status import STORED
 
 NAME = "run"
 SUMMARY = "simulate a model file and write a run folder"
@@ -59,13 +60,16 @@ def execute(arguments: argparse.Namespace) -> int:
     with new_run(out, path, overwrite=arguments.overwrite) as folder, Log(folder / LOG) as log:
         solution = record(model, simulation, folder, log)
         if arguments.vtk:
-            log.line(f"ParaView files: {fmb.write_vtk(solution, folder / f'{path.stem}.pvd')}")
+            pvd = (stored_in(solution, folder) or folder / SOLUTION).parent / f"{path.stem}.pvd"
+            log.line(f"ParaView files: {fmb.write_vtk(solution, pvd)}")
     print(summary(solution, folder))
     return exit_code(solution)
 
 
 def exit_code(solution: fmb.Solution) -> int:
-    """Return how the command ends after a simulation."""
+    """Return how the command ends after a simulation; a file that was removed or moved meanwhile is an error too."""
+    if STORED in solution.statistics:
+        return FAILED
     return 0 if solution.status.ok else CODES.get(solution.status.kind, FAILED)
 
 
@@ -82,21 +86,31 @@ def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log)
             lambda: fmb.Solution.load(folder / SOLUTION, model=model),
             log,
         )
-    finally:
-        if not (folder / SOLUTION).is_file():  # nothing to hold the reduced bodies
+    except BaseException:
+        if folder.is_dir() and not (folder / SOLUTION).is_file():  # nothing to hold the reduced bodies
             fmb.save_model(model, folder / MODEL, simulation)
+        raise
+    path = stored_in(solution, folder)
+    if path is not None and path.name == SOLUTION and not (path.parent / MODEL).is_file():
+        fmb.save_model(model, path.parent / MODEL, simulation, bodies_in=SOLUTION)  # the folder was removed
     return kept(solution, folder, log)
 
 
 def kept(solution: fmb.Solution, folder: Path, log: Log) -> fmb.Solution:
     """Write the table of the sensors and the end of the log of a run folder; return the solution."""
-    fmb.write_table(solution, folder / TABLE)
-    (folder / VERIFICATION).unlink(missing_ok=True)  # of the run as it was before
+    path = stored_in(solution, folder)
+    if path is not None:
+        own = path.name == SOLUTION  # else the folder may hold another run by now
+        fmb.write_table(solution, path.with_name(TABLE) if own else path.with_suffix(".csv"))
+        if own:
+            path.with_name(VERIFICATION).unlink(missing_ok=True)  # of the run as it was before
     for name, number in solution.statistics.items():
         log.line(f"{name}: {number}")
     for event in happened(solution):
         log.line(event)
     log.line(str(solution.status))
+    if path is not None:
+        log.keep(path.with_name(LOG) if own else path.with_suffix(".txt"))
     return solution
 
 
@@ -163,8 +177,18 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
         )
     if zero:
         lines.append(f"({zero} columns are zero throughout)")
-    lines.append(f"Run folder: {folder}. ParaView files: flexmb export {folder} --vtk")
+    lines.append(_place(solution, folder))
     return "\n".join(lines)
+
+
+def _place(solution: fmb.Solution, folder: Path) -> str:
+    """Return where a run is stored, and what can be done with it."""
+    path = stored_in(solution, folder)
+    if path is None:
+        return f"Nothing is stored: run folder '{folder}' was removed during the run, and could not be written again"
+    if path.name != SOLUTION:
+        return f"Solution file: {path}, since another file took its place in {path.parent} during the run"
+    return f"Run folder: {path.parent}. ParaView files: flexmb export {path.parent} --vtk"
 
 
 def aligned(rows: list[tuple[str, ...]]) -> list[str]:

@@ -16,6 +16,7 @@ from flexmb.errors import DataFileError, ModelError, did_you_mean
 from flexmb.files import complaints, remove_parts, resolved
 from flexmb.found import folder_in_words, no_file_because, runs_below
 from flexmb.lock import Lock
+from flexmb.results.status import STORED
 
 __all__ = [
     "LOG",
@@ -27,6 +28,7 @@ __all__ = [
     "alone",
     "new_run",
     "open_run",
+    "stored_in",
     "stored_verification",
 ]
 
@@ -138,6 +140,14 @@ def _no_run(folder: Path) -> DataFileError:
     )
 
 
+def stored_in(solution: fmb.Solution, folder: Path) -> Path | None:
+    """Return where the solution file of a run is, which may have lost its place meanwhile; None if it is nowhere."""
+    stored = solution.statistics.get(STORED)
+    if stored is None:
+        return folder / SOLUTION
+    return Path(stored) if stored else None
+
+
 def stored_verification(folder: str | Path) -> fmb.Verification | None:
     """Return what `flexmb verify` has found about a run folder, or None if it was not asked."""
     path = Path(folder) / VERIFICATION
@@ -150,7 +160,7 @@ class Log:
     def __init__(self, path: Path, *, goes_on: bool = False):
         with complaints(f"Log '{path}'", "write"):
             self._file = path.open("a" if goes_on else "w", encoding="utf-8")
-        self._start = time.monotonic()
+        self._start, self._lines = time.monotonic(), []
         self.line(f"{time.strftime('%Y-%m-%d %H:%M:%S')}, Python {platform.python_version()}, {platform.platform()}")
 
     def __enter__(self) -> Log:
@@ -166,8 +176,14 @@ class Log:
 
     def line(self, text: str, *, show: bool = False) -> None:
         """Write a line; with `show` print it too. A full disk costs the line, not the run."""
+        self._lines.append(f"[{time.monotonic() - self._start:8.2f} s] {text}\n")
         with suppress(OSError):
-            self._file.write(f"[{time.monotonic() - self._start:8.2f} s] {text}\n")
+            self._file.write(self._lines[-1])
             self._file.flush()
         if show:
             print(text)
+
+    def keep(self, path: Path) -> None:
+        """Write the lines once more to a path where there is no log: the folder was removed meanwhile."""
+        with suppress(OSError), path.open("x", encoding="utf-8") as file:
+            file.writelines(self._lines)

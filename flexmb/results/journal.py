@@ -15,6 +15,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import shutil
 import struct
 import time
 import zlib
@@ -27,6 +28,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from flexmb import hdf5
+from flexmb.whereabouts import place_of
 
 __all__ = ["Journal", "Record", "records"]
 
@@ -173,6 +175,30 @@ class Journal:
             raise
         self._end += len(whole)
         self._serial += 1
+
+    def place(self, path: Path) -> Path | None:
+        """Return where the file is that was opened as `path`; None if it was removed."""
+        return path if self._stream.closed else place_of(self._stream.fileno(), path)
+
+    def copy_to(self, path: Path) -> None:
+        """Write what the file holds, of which no name need be left, to a new file, and go on there.
+
+        Raises
+        ------
+        OSError
+            The file exists, or cannot be written: the old one stays open.
+        """
+        new = path.open("x+b", buffering=0)
+        try:
+            self._stream.seek(0)
+            shutil.copyfileobj(self._stream, new, _PIECE)
+        except BaseException:
+            new.close()
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
+            raise
+        self._stream.close()
+        self._stream = new
 
     def close(self) -> None:
         """Close the file."""

@@ -18,9 +18,11 @@ one in one go. A killed process loses at most what it still held in memory.
 from __future__ import annotations
 
 import json
+import os
 import time
 import warnings
 from collections.abc import Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +51,8 @@ from flexmb.results.written import (
     read_group,
     says_of,
 )
+from flexmb.told import tell
+from flexmb.whereabouts import places_for
 
 __all__ = ["FIELDS", "SCHEMA", "VERSION", "RunFile", "floating_data", "read_written"]
 
@@ -58,6 +62,8 @@ ROWS = 256
 """Samples that are collected before they are written."""
 SECONDS = 2.0
 """Collected samples are not held back longer than this."""
+TRIES = 100
+"""Names that are tried for a file that was removed while it was written."""
 PIECE = 8192
 """Rows that are copied at a time."""
 
@@ -111,6 +117,10 @@ class RunFile:
     _part: str
     _lock: Lock
     _journal: Journal | None = None
+    lost_its_place: bool = False
+    """Was the file removed, moved or replaced by another while it was written? `path` says where it is now; if it
+    is nowhere, `nowhere` is true."""
+    nowhere: bool = False
 
     def __init__(
         self,
@@ -158,9 +168,10 @@ class RunFile:
         self._part = f"Solution file '{self.path}'"
         self._waiting: list[dict[str, np.ndarray]] = []
         self._phase = False
-        self._last = time.monotonic()
+        self._last = self._tried = time.monotonic()
         check_folder(self.path, self._part)
         with complaints(self._part, doing):
+            self._home = os.stat(self.path.parent)
             self._lock = Lock(self.path, self._part)
 
     def begin(self, model_text: str = "") -> None:
@@ -231,15 +242,70 @@ class RunFile:
         try:
             self.flush()
         finally:
+            try:
+                self._complete()
+            finally:
+                self._journal.close()
+                self._journal = None
+                self._lock.release()
+
+    def _complete(self) -> None:
+        """Make the file one HDF5 file; what cannot be done costs nothing, since records are read as well."""
+        assert self._journal is not None
+        self._find_again()
+        if os.name == "nt":  # no open file can be replaced there, or removed
             self._journal.close()
-            self._journal = None
+        for last in (False, True):
+            if self.nowhere:
+                return
             try:
                 _fold(self.path, self._part)
+                return
             except (DataFileError, MemoryError) as error:
-                # nothing is lost: what was written is there, and is read as well from the records
-                warnings.warn(f"{error} The file stays as it is, with every sample that is in it.", stacklevel=2)
-            finally:
+                if last or self._journal.place(self.path) == self.path:
+                    # nothing is lost: what was written is there, and is read as well from the records
+                    warnings.warn(f"{error} The file stays as it is, with every sample that is in it.", stacklevel=3)
+                    return
+                self._find_again()  # it was removed in this moment
+
+    def _find_again(self) -> None:
+        """Look where the file is: follow it where it was moved, write it again where it was removed, and say so."""
+        assert self._journal is not None
+        before, place = self.path, self._journal.place(self.path)
+        if place == self.path or (self.nowhere and time.monotonic() - self._tried < SECONDS):
+            return
+        moved, problem, was_nowhere = place is not None, "", self.nowhere
+        if place is None:
+            place, problem = self._written_again()
+        self.lost_its_place, self.nowhere = True, place is None
+        if place is not None:
+            kept = f"it {'is' if moved else 'was written again, with every sample, as'} '{place}'"
+            self.path, self._part = place, self._part.replace(str(before), str(place))
+        elif was_nowhere:
+            return
+        else:
+            kept = f"it could not be written again ({problem}), so its samples are in this process alone"
+        tell(f"Solution file '{before}' was {'moved' if moved else 'removed'} while it was written: {kept}.", UserWarning)
+
+    def _written_again(self) -> tuple[Path | None, str]:
+        """Write the file that has no name any more, and lock it; return its path, or None and the reason."""
+        assert self._journal is not None
+        self._tried = time.monotonic()
+        self._lock.release()  # that of a file which is not there
+        for place in islice(places_for(self.path, self._home), TRIES):
+            try:
+                place.parent.mkdir(parents=True, exist_ok=True)
+                self._lock = Lock(place, self._part)
+                self._journal.copy_to(place)
+            except (FileExistsError, NotADirectoryError, DataFileError):  # another one is there, or writes there
                 self._lock.release()
+                continue
+            except OSError as error:
+                self._lock.release()
+                return None, error.strerror or str(error)
+            self._home = os.stat(place.parent)
+            return place, ""
+        return None, "no name is free"
 
     def __enter__(self) -> RunFile:
         return self
@@ -252,6 +318,7 @@ class RunFile:
             if self._journal is None:
                 raise OSError("it is closed")
             self._journal.add(kind, says, numbers)
+        self._find_again()
 
     @staticmethod
     def _write_bodies(file, bodies):

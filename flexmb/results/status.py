@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 
-__all__ = ["SHARED", "Status"]
+__all__ = ["SHARED", "STORED", "Status"]
 
 SHARED = "reactions not unique"
 """Name of the statistic that lists the joints, with their equations, between which reactions are not unique."""
+STORED = "solution file"
+"""Name of the statistic that says where the solution file is, if it was removed or moved while it was written; an empty
+text if it is nowhere."""
 
 
 @dataclass(frozen=True)

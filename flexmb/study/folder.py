@@ -17,6 +17,8 @@ from flexmb.files import complaints, remove_parts, text_of, write_text
 from flexmb.lock import Lock
 from flexmb.study.plan import Plan
 from flexmb.study.table import Results, Row, read_row
+from flexmb.told import tell
+from flexmb.whereabouts import place_of, places_for
 
 __all__ = ["StudyFolder"]
 
@@ -63,11 +65,13 @@ class StudyFolder:
 
     def _open(self, settings: Mapping[str, Any]) -> None:
         """Look at what the folder holds, and open the file of the rows to add to it."""
+        self._content = {"schema": SCHEMA, "schema_version": VERSION, "settings": dict(settings)}
         try:
+            self._home = os.stat(self.path)
             if (self.path / SETTINGS).is_file():
                 self._check(settings)
             else:
-                self._begin(settings)
+                self._begin()
             self.rows = self._stored()
             self._stream = (self.path / ROWS).open("ab", buffering=0)
         except OSError as error:
@@ -82,15 +86,43 @@ class StudyFolder:
 
     def add(self, row: Row) -> None:
         """Store a row; once this returns, it survives the end of the process."""
-        line, done = (json.dumps(row.plain()) + "\n").encode(), 0
         with complaints(f"Study folder '{self.path}'", "add a row to", kept=". The rows so far are kept"):
-            while done < len(line):  # near the end of the space a write may take a part only
-                done += self._stream.write(line[done:]) or 0
+            self._find_again()
+            self._write(row)
             os.fsync(self._stream.fileno())
         self.rows[row.number] = row
 
+    def _write(self, row: Row) -> None:
+        line, done = (json.dumps(row.plain()) + "\n").encode(), 0
+        while done < len(line):  # near the end of the space a write may take a part only
+            done += self._stream.write(line[done:]) or 0
+
+    def _find_again(self) -> None:
+        """Follow the folder where it was moved, write its rows again where it was removed, and say so."""
+        place = place_of(self._stream.fileno(), self.path / ROWS)
+        if place == self.path / ROWS:
+            return
+        before, removed = self.path, place is None
+        if place is None:
+            ours = self.path.is_dir() and {entry.name for entry in self.path.iterdir()} <= {RUNS}  # made by a variant
+            home = os.stat(self.path) if ours else self._home
+            place = next(path for path in places_for(self.path / ROWS, home) if not path.exists())
+            place.parent.mkdir(parents=True, exist_ok=True)
+            self._stream.close()
+            self._lock.release()
+            self._lock, self._home = Lock(place.parent, f"Study folder '{place.parent}'"), os.stat(place.parent)
+            self._stream = place.open("ab", buffering=0)
+            write_text(place.parent / SETTINGS, json.dumps(self._content, indent=1) + "\n")
+            for row in self.rows.values():
+                self._write(row)
+        self.path, self.runs = place.parent, place.parent / RUNS
+        kept = f"its rows were written again in '{self.path}'" if removed else f"it is '{self.path}'"
+        tell(f"Study folder '{before}' was {'removed' if removed else 'moved'} during the study: {kept}.", UserWarning)
+
     def close(self) -> None:
         """Write the table of the rows so far."""
+        with complaints(f"Study folder '{self.path}'", "write"):
+            self._find_again()
         self._stream.close()
         try:
             results = Results(self.plan.names, list(self.rows.values()))
@@ -99,7 +131,7 @@ class StudyFolder:
         finally:
             self._lock.release()
 
-    def _begin(self, settings: Mapping[str, Any]) -> None:
+    def _begin(self) -> None:
         remove_parts(self.path)
         there = sorted(entry.name for entry in self.path.iterdir() if entry.name != self._lock.file.name)
         if there:
@@ -108,8 +140,7 @@ class StudyFolder:
                 "a new or empty folder, or the folder of the same study",
                 "Give another one with --out",
             )
-        content = {"schema": SCHEMA, "schema_version": VERSION, "settings": settings}
-        write_text(self.path / SETTINGS, json.dumps(content, indent=1) + "\n", part=f"Study folder '{self.path}'")
+        write_text(self.path / SETTINGS, json.dumps(self._content, indent=1) + "\n", part=f"Study folder '{self.path}'")
 
     def _check(self, settings: Mapping[str, Any]) -> None:
         try:

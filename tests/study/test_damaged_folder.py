@@ -2,6 +2,8 @@
 
 import json
 import os
+import shutil
+from dataclasses import replace
 
 import pytest
 from fuzz.mutation import generator, mutant
@@ -88,3 +90,29 @@ def test_a_lock_with_a_number_that_no_process_has(tmp_path):
     assert json.loads((tmp_path / ".run.h5.lock").read_text())["pid"] == os.getpid()
     lock.release()
     assert not (tmp_path / ".run.h5.lock").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no open file can be removed there")
+@pytest.mark.parametrize("how", ["removed", "moved", "removed, and a variant has made its own folder", "replaced"])
+def test_a_folder_that_loses_its_place(tmp_path, how):
+    """A cleaning script takes the folder of a study that runs: all of its rows are found in the morning."""
+    study = StudyFolder(tmp_path / "study", PLAN, {"model": "m"})
+    study.add(ROW)
+    if how == "moved":
+        os.rename(tmp_path / "study", tmp_path / "other")
+    else:
+        shutil.rmtree(tmp_path / "study")
+    if "variant" in how:
+        (tmp_path / "study" / "runs" / "0002").mkdir(parents=True)
+    if how == "replaced":
+        (tmp_path / "study").mkdir()
+        (tmp_path / "study" / "mine.txt").write_text("mine")
+    with pytest.warns(UserWarning, match=f"was {'moved' if how == 'moved' else 'removed'} during the study"):
+        study.add(replace(ROW, number=2))
+    study.close()
+    place = tmp_path / {"moved": "other", "replaced": "study-kept"}.get(how, "study")
+    again = StudyFolder(place, PLAN, {"model": "m"})
+    again.close()
+    assert again.rows == {1: ROW, 2: replace(ROW, number=2)}
+    if how == "replaced":
+        assert [p.name for p in (tmp_path / "study").iterdir()] == ["mine.txt"]

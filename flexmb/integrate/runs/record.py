@@ -12,6 +12,7 @@ from flexmb.model.model import Model
 from flexmb.results import Phase, RunFile, Solution, Status, floating_data
 from flexmb.results.memory import Memory
 from flexmb.results.run_file import FIELDS
+from flexmb.results.status import STORED
 
 __all__ = ["Recorder", "joined_rows"]
 
@@ -116,7 +117,9 @@ class Recorder:
             self.file.close()
 
     def solution(self, status: Status, statistics: dict[str, Any]) -> Solution:
-        """Return the solution of all phases and finish the file."""
+        """Return the solution of all phases and finish the file; its statistics say if that has lost its place."""
         if self.file is not None:
             self.file.finish(status, statistics)
+            if self.file.lost_its_place:
+                statistics = {**statistics, STORED: "" if self.file.nowhere else str(self.file.path)}
         return Solution(phases=tuple(self.phases), status=status, statistics=statistics)
