@@ -47,6 +47,7 @@ from flexmb.cli import (
 from flexmb.cli.reduction_lines import ReductionLines
 from flexmb.cli.remedies import in_files_and_options
 from flexmb.cli.written_files import add_overwrite, refuse_to_lose
+from flexmb.ctrl_c import let_termination_interrupt
 from flexmb.errors import FlexmbError, ModelError, caused_by_interrupt
 
 __all__ = ["VERBS", "main"]
@@ -69,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     lost, sys.unraisablehook = sys.unraisablehook, _strike_again
     command = "flexmb"
     try:
-        _let_termination_interrupt()
+        let_termination_interrupt()
         _write_what_the_terminal_can()
         _require_memory()
         words = sys.argv[1:] if arguments is None else list(arguments)
@@ -90,7 +91,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, SystemError, RuntimeError, ImportError) as error:
         if not caused_by_interrupt(error):  # which struck in the first call of a compiled function, or in an import
             raise
-        print(f"{command}: interrupted", file=sys.stderr)
+        told = f": {error}" if isinstance(error, KeyboardInterrupt) and str(error) else ""
+        print(f"{command}: interrupted{told}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of a pipe has closed it: flexmb check ... | head
         _close_output()
@@ -247,16 +249,3 @@ def _version() -> str:
         return f"flexmb {version('flexmb')}"
     except PackageNotFoundError:  # run from a source tree that is not installed
         return "flexmb"
-
-
-def _let_termination_interrupt() -> None:
-    """A polite kill ends a run like Ctrl-C: what was computed is written."""
-
-    def interrupt(number, frame):
-        raise KeyboardInterrupt
-
-    interrupt.interrupts = True  # type: ignore[attr-defined] # a running simulation may wait for its next sample
-    try:
-        signal.signal(signal.SIGTERM, interrupt)
-    except ValueError:  # not the main thread: the caller's own signals stay
-        return

@@ -12,6 +12,7 @@ import shlex
 import sys
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,8 @@ from flexmb.cli.model_arguments import add_model_arguments, settings
 from flexmb.cli.progress import ProgressBar
 from flexmb.cli.remedies import in_files_and_options
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, VERIFICATION, Log, new_run, stored_in
-from flexmb.errors import DataFileError, IntegrationError
+from flexmb.errors import DataFileError, IntegrationError, caused_by_interrupt
+from flexmb.results import stored_samples
 from flexmb.results.status import STORED
 
 NAME = "run"
@@ -51,14 +53,32 @@ def chosen_settings(arguments: argparse.Namespace) -> dict[str, Any]:
     return {"t_end": arguments.t_end, "samples": arguments.samples, "time_limit": arguments.time_limit}
 
 
+@dataclass
+class Kept:
+    """What is said of a run that an interruption ends before its summary."""
+
+    text: str = "nothing is stored, since there was no sample yet"
+
+
 def execute(arguments: argparse.Namespace) -> int:
+    kept = Kept()
+    try:
+        return _executed(arguments, kept)
+    except (KeyboardInterrupt, SystemError, RuntimeError, ImportError) as error:
+        if not caused_by_interrupt(error):
+            raise
+        raise KeyboardInterrupt(kept.text) from None
+
+
+def _executed(arguments: argparse.Namespace, said: Kept) -> int:
+    """Simulate, and note in `said` what is kept; return the exit code."""
     path = Path(arguments.model)
     given = settings(arguments)
     model = fmb.load_model(path, given, trust=arguments.trust)
     simulation = fmb.load_simulation(path, given, **chosen_settings(arguments))
     out = Path(arguments.out) if arguments.out else Path("runs") / path.stem
     with new_run(out, path, overwrite=arguments.overwrite) as folder, Log(folder / LOG) as log:
-        solution = record(model, simulation, folder, log)
+        solution = record(model, simulation, folder, log, said)
         if arguments.vtk:
             pvd = (stored_in(solution, folder) or folder / SOLUTION).parent / f"{path.stem}.pvd"
             log.line(f"ParaView files: {fmb.write_vtk(solution, pvd)}")
@@ -73,8 +93,13 @@ def exit_code(solution: fmb.Solution) -> int:
     return 0 if solution.status.ok else CODES.get(solution.status.kind, FAILED)
 
 
-def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log) -> fmb.Solution:
-    """Simulate a model into a run folder and return the solution, complete or as far as it came."""
+def record(
+    model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log, said: Kept | None = None
+) -> fmb.Solution:
+    """Simulate a model into a run folder and return the solution, complete or as far as it came; note in `said` what is
+    kept.
+    """
+    said = said or Kept()
     log.line(shlex.join(["flexmb", *sys.argv[1:]]))
     log.line(repr(model))
     log.line(f"parameters: {', '.join(f'{k} = {v}' for k, v in model.parameters.items()) or 'none'}")
@@ -87,13 +112,31 @@ def record(model: fmb.Model, simulation: fmb.Simulation, folder: Path, log: Log)
             log,
         )
     except BaseException:
-        if folder.is_dir() and not (folder / SOLUTION).is_file():  # nothing to hold the reduced bodies
-            fmb.save_model(model, folder / MODEL, simulation)
+        _without_samples(model, simulation, folder, said)
         raise
     path = stored_in(solution, folder)
+    if path is not None:
+        said.text = f"its samples are stored, what is made of them may not be; flexmb resume {path.parent} completes it"
     if path is not None and path.name == SOLUTION and not (path.parent / MODEL).is_file():
         fmb.save_model(model, path.parent / MODEL, simulation, bodies_in=SOLUTION)  # the folder was removed
     return kept(solution, folder, log)
+
+
+def _without_samples(model: fmb.Model, simulation: fmb.Simulation, folder: Path, said: Kept) -> None:
+    """Leave no solution file without samples, which the next run would have to overwrite; the model holds its bodies
+    itself then.
+    """
+    path = folder / SOLUTION
+    try:
+        if not folder.is_dir():
+            said.text = f"run folder '{folder}' was moved or removed during the run"
+        elif not path.is_file() or stored_samples(path) == 0:
+            path.unlink(missing_ok=True)
+            fmb.save_model(model, folder / MODEL, simulation)
+        else:
+            said.text = f"its samples are stored; flexmb resume {folder} continues it"
+    except DataFileError:  # the error that ends the run is the one to tell
+        said.text = ""
 
 
 def kept(solution: fmb.Solution, folder: Path, log: Log) -> fmb.Solution:

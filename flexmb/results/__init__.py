@@ -2,7 +2,7 @@
 
 from flexmb.results import recover
 from flexmb.results.phase import Instant, Phase
-from flexmb.results.read_file import stored_body
+from flexmb.results.read_file import stored_body, stored_samples
 from flexmb.results.run_file import RunFile, floating_data
 from flexmb.results.series import MarkerMotion, Series
 from flexmb.results.solution import SHARED, Solution
@@ -22,5 +22,6 @@ __all__ = [
     "floating_data",
     "recover",
     "stored_body",
+    "stored_samples",
     "wear",
 ]

@@ -22,7 +22,7 @@ from flexmb.results.run_file import SCHEMA, VERSION, read_written
 from flexmb.results.status import SHARED, Status
 from flexmb.results.written import Written, WrittenPhase
 
-__all__ = ["read_solution_file", "stored_body"]
+__all__ = ["read_solution_file", "stored_body", "stored_samples"]
 
 
 def read_solution_file(path: str | Path, *, model=None, read_model: Callable[[str, dict], Any] | None = None):
@@ -142,6 +142,13 @@ def stored_body(path: str | Path, body: str):
                 remedy=did_you_mean(body, numbers) or "Name a body of the run",
             )
         return modal_neutral_file.read(file["data"][str(numbers[body])], ModalNeutralData)
+
+
+def stored_samples(path: str | Path) -> int:
+    """Return how many samples a solution file holds; DataFileError if it cannot be read."""
+    with _opened(path) as (file, stream):
+        written = read_written(file, stream)
+        return sum(phase.count for phase in (*written.phases, *written.behind))
 
 
 def _read_bodies(file):

@@ -285,7 +285,9 @@ class RunFile:
             return
         else:
             kept = f"it could not be written again ({problem}), so its samples are in this process alone"
-        tell(f"Solution file '{before}' was {'moved' if moved else 'removed'} while it was written: {kept}.", UserWarning)
+        tell(
+            f"Solution file '{before}' was {'moved' if moved else 'removed'} while it was written: {kept}.", UserWarning
+        )
 
     def _written_again(self) -> tuple[Path | None, str]:
         """Write the file that has no name any more, and lock it; return its path, or None and the reason."""

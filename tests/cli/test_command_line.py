@@ -162,6 +162,35 @@ def test_an_interruption_while_a_class_is_loaded(error, code):
     assert ("Traceback" in child.stderr) == (code == 1)
 
 
+EARLY = """
+import os, signal, sys
+sys.argv = ["flexmb", "check", "any.toml"]
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == "flexmb.cli.command_line":
+            os.kill(os.getpid(), signal.{number})
+
+sys.meta_path.insert(0, Finder())
+from flexmb.cli import main
+
+code = main()
+os.kill(os.getpid(), signal.{number})  # once more, when the command is done
+sys.exit(code)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows sends no signals")
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+def test_a_signal_while_the_package_is_loaded_and_another_at_the_end(number):
+    """One clean message and one code from the first moment on: it was -15, and -2 where two signals came."""
+    child = subprocess.run(
+        [sys.executable, "-c", EARLY.format(number=number)], capture_output=True, text=True, check=False
+    )
+    assert child.returncode == 130, child.stderr
+    assert child.stderr == "flexmb: interrupted\n"
+
+
 def test_an_error_while_an_interrupted_run_is_stored_is_no_interruption():
     failed, stopped = RuntimeError("unable to flush the file"), ImportError("partly loaded")
     failed.__context__ = stopped.__cause__ = KeyboardInterrupt()

@@ -240,6 +240,54 @@ def test_a_failure_without_samples(fall, tmp_path, monkeypatch, capsys):
     assert (tmp_path / "one" / "log.txt").read_text().count("no start") == 1
 
 
+@pytest.mark.parametrize("when", ["loading", "before the first sample", "writing the table"])
+def test_an_interruption_says_what_is_stored(fall, tmp_path, monkeypatch, capsys, when):
+    def strike(*given, **more):
+        raise KeyboardInterrupt
+
+    if when == "loading":
+        monkeypatch.setattr(fmb, "load_model", strike)
+    elif when == "before the first sample":
+        monkeypatch.setattr("flexmb.integrate.runs.phases.Phases.run", strike)
+    else:
+        monkeypatch.setattr(fmb, "write_table", strike)
+    assert main(["run", "fall.toml", "--out", "one"]) == 130
+    said = capsys.readouterr().err
+    if when == "writing the table":
+        assert "interrupted: its samples are stored" in said
+        assert "flexmb resume one" in said
+        assert len(open_run(tmp_path / "one").t) > 3
+        monkeypatch.undo()
+        monkeypatch.chdir(tmp_path)
+        assert main(["resume", "one"]) == 0  # as the message says
+        assert (tmp_path / "one" / "sensors.csv").is_file()
+    else:
+        assert said == "flexmb run: interrupted: nothing is stored, since there was no sample yet\n"
+        assert not (tmp_path / "one" / "solution.h5").exists()
+        monkeypatch.undo()
+        monkeypatch.chdir(tmp_path)
+        assert main(["run", "fall.toml", "--out", "one"]) == 0  # no --overwrite is needed
+
+
+def test_steps_of_a_search_for_equilibrium_are_no_samples(tmp_path, monkeypatch, capsys):
+    """Nothing holds this body: 400 iterates were stored as samples at t = 0."""
+    monkeypatch.chdir(tmp_path)
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(), fmb.PointMass("stone", mass=1.0)],
+        sensors=[fmb.Position("place", marker="stone.center")],
+    )
+    fmb.save_model(model, "loose.toml", fmb.Simulation(t_end=1.0, samples=11, start="equilibrium"))
+    assert main(["run", "loose.toml", "--out", "one"]) == 2
+    captured = capsys.readouterr()
+    assert "the run cannot begin, nothing of it was computed: no equilibrium" in captured.err
+    assert "samples" not in captured.out
+    assert {p.name for p in (tmp_path / "one").iterdir()} == {"log.txt", "model.toml"}
+    with pytest.raises(IntegrationError) as caught:
+        fmb.simulate(model, 1.0, samples=11, start="equilibrium")
+    assert caught.value.solution is None
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_stays_readable(fall, tmp_path, number):
     command = [

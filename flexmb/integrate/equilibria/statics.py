@@ -133,8 +133,22 @@ def _places(model, t, state) -> dict:
 
 
 def equilibrium(model: Model, t: float) -> Solution:
-    """Return the equilibrium with which a run begins: as `statics`, but the run watches the validity of its bodies."""
-    return _descend(model, t, 1e-9, 400, None, watched=False)
+    """Return the equilibrium with which a run begins: as `statics`, but the run watches the validity of its bodies.
+
+    Raises
+    ------
+    IntegrationError
+        There is none. Its solution is None: the steps of a search are no samples of a run.
+    """
+    try:
+        return _descend(model, t, 1e-9, 400, None, watched=False)
+    except IntegrationError as error:
+        raise IntegrationError(
+            error.part,
+            found=f"the run cannot begin, nothing of it was computed: {error.found}",
+            expected=error.expected,
+            remedy=error.remedy,
+        ) from None
 
 
 def _descend(

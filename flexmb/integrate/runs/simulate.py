@@ -180,7 +180,8 @@ def simulate(
     Solution
         Its ``status`` says how the run ended. Ctrl-C ends it at the next sample with status "interrupted" and all
         samples so far, in memory and in the file; before the first sample, and the second time, it raises
-        KeyboardInterrupt.
+        KeyboardInterrupt. If `output` is removed or moved meanwhile, a warning says so, and the statistic
+        "solution file" where it is now; it is empty if the samples are in memory alone.
 
     Raises
     ------
