@@ -8,21 +8,26 @@ written replaces the old one only when it is complete.
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from flexmb.drain import Drain
 from flexmb.errors import DataFileError, FlexmbError
 from flexmb.files import complaints, on_disk, replacing
 from flexmb.found import no_file_because
+from flexmb.hdf5_parity import Mended, MendedStream, Rows, described, mend, rows_of
 from flexmb.hdf5_seal import BROKEN, WHOLE, end_of, probe, seal, state_of
+from flexmb.lock import locked_by_other
+from flexmb.told import tell
 
 if TYPE_CHECKING:
     import h5py
 
-__all__ = ["end_of", "reading", "reading_foreign", "writing"]
+__all__ = ["end_of", "is_damaged", "lost_rows", "reading", "reading_foreign", "require_whole", "writing"]
 
 _PURPOSES = {
     "flexmb.solution": "It is the solution of a run: give its folder to flexmb report, view, plot or export",
@@ -30,6 +35,8 @@ _PURPOSES = {
 }
 """What to do with a good file of ours that is of another kind than the one wanted."""
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_lost: ContextVar[Mapping[str, tuple[int, int]]] = ContextVar("lost", default=MappingProxyType({}))
+"""Rows that damage has cost the file that is being read, by dataset."""
 _LIBVER = ("earliest", "v110")  # 'latest' of a new HDF5 writes objects that the HDF5 inside VTK cannot read
 
 
@@ -56,13 +63,24 @@ def reading(path: str | Path, *, schema: str, version: int) -> Iterator[h5py.Fil
 
     path = Path(path)
     part = f"Data file '{path}'"
-    _check_signature(path, part, schema)
+    mended: Mended | None = None
     try:
-        _check_seal(path, part)
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise _unreadable(part, error) from error
-    with file:
+        _check_signature(path, part, schema)
+    except DataFileError:
+        mended = mend(path) if path.is_file() else None  # its first bytes may be what is damaged
+        if mended is None or not mended.damaged:
+            raise
+    with ExitStack() as stack:
+        try:
+            mended = mended or _check_seal(path, part)
+            if mended is not None:
+                _require_readable(mended, part)
+            source = path if mended is None else stack.enter_context(MendedStream(path, mended))
+            file = stack.enter_context(h5py.File(source, "r"))
+        except OSError as error:
+            raise _unreadable(part, error) from error
+        lost = _lost.set({} if mended is None else mended.lost_rows() or {})
+        stack.callback(_lost.reset, lost)
         try:
             _check_schema(file, part, schema, version)
             yield file
@@ -70,6 +88,53 @@ def reading(path: str | Path, *, schema: str, version: int) -> Iterator[h5py.Fil
             raise
         except Exception as error:  # h5py raises whatever its library says, and what is read may have any shape
             raise _damaged(part, " ".join(str(error).strip("'\"").split()) or type(error).__name__) from error
+
+
+def lost_rows(dataset: h5py.Dataset) -> tuple[int, int] | None:
+    """Return the first and the last row of a dataset that damage has cost; None if it is whole."""
+    return _lost.get().get(dataset.name.lstrip("/"))
+
+
+def require_whole(group: h5py.Group, part: str) -> None:
+    """Raise DataFileError if damage has cost anything in a group of the file that is being read."""
+    within = group.name.lstrip("/")
+    lost = {name: rows for name, rows in _lost.get().items() if not within or name.startswith(f"{within}/")}
+    if lost:
+        raise DataFileError(
+            part,
+            found=f"the file is damaged: lost are {described(lost)}",
+            expected="the file as it was written",
+            remedy="Copy it once more from where it was written, or make it again",
+        )
+
+
+def is_damaged(path: str | Path) -> bool:
+    """Was a file changed after it was written, as far as its parity tells?"""
+    if not Path(path).is_file() or state_of(path) == WHOLE:
+        return False
+    mended = mend(path)
+    return mended is not None and bool(mended.damaged)
+
+
+def _require_readable(mended: Mended, part: str) -> None:
+    """Say what was damaged and restored; DataFileError if what is lost is more than rows of numbers."""
+    count = sum(last - first for first, last in mended.damaged)
+    places = ", ".join(f"{first} to {last - 1}" for first, last in mended.damaged[:4])
+    where = f"it was changed after it was written, among bytes {places}{', ...' if len(mended.damaged) > 4 else ''}"
+    lost = mended.lost_rows()
+    if lost is None:
+        raise DataFileError(
+            part,
+            found=f"the file is damaged: {where} ({count} bytes in all), more than can be restored",
+            expected="the file as it was written",
+            remedy="Copy it once more from where it was written, or make it again",
+        )
+    told = f"lost are {described(lost)}; all else" if lost else "all of it"
+    tell(
+        f"{part}: {where}; {told} was restored from its parity. Load it and save it again, or copy it once more, "
+        "before more of it is damaged; look after the disk.",
+        UserWarning,
+    )
 
 
 @contextmanager
@@ -114,15 +179,17 @@ def writing(
 
     part = part or f"Data file '{path}'"
     with complaints(part, doing), replacing(path, part, doing) as temporary:
+        rows: list[Rows] = []
         with Drain(temporary) as drain:
             try:
                 with h5py.File(drain, "w", libver=_LIBVER) as file:
                     _stamp(file, schema, version)
                     yield file
+                    rows = rows_of(file) if schema is not None else []
             finally:
                 drain.complain()
         if schema is not None:
-            seal(temporary)
+            seal(temporary, rows)
         on_disk(temporary)  # content and seal, before the name: a power cut leaves the old file or the new one
 
 
@@ -153,11 +220,19 @@ def _check_signature(path: Path, part: str, schema: str) -> None:
         )
 
 
-def _check_seal(path: Path, part: str) -> None:
-    """Raise DataFileError if the file is not what was written; one without a seal must be read by a child first."""
+def _check_seal(path: Path, part: str) -> Mended | None:
+    """Return None if the file is what was written, else what of it can be restored; DataFileError if nothing can.
+
+    A file without a seal must be read by a child first.
+    """
     state = state_of(path)
     if state == WHOLE:
-        return
+        return None
+    mended = mend(path) if state == BROKEN else None
+    if mended is not None and mended.damaged:
+        if locked_by_other(path):  # who has opened it to write has marked it so
+            raise _unreadable(part, OSError(errno.EAGAIN, "locked"))
+        return mended
     reason = probe(path)
     if "unable to lock file" in reason:  # who has opened it to write has marked it so
         raise _unreadable(part, OSError(reason))
@@ -170,6 +245,7 @@ def _check_seal(path: Path, part: str) -> None:
         )
     if reason:
         raise _damaged(part, reason)
+    return None
 
 
 def _check_schema(file: h5py.File, part: str, schema: str, version: int) -> None:

@@ -15,6 +15,8 @@ import zlib
 from pathlib import Path
 from typing import BinaryIO
 
+from flexmb import hdf5_parity
+
 __all__ = ["BROKEN", "NONE", "WHOLE", "end_of", "probe", "seal", "state_of"]
 
 _SEAL = struct.Struct("<8sQII")  # mark, length of what is sealed, its CRC-32, CRC-32 of the three
@@ -28,21 +30,28 @@ MEMORY = 2_000_000_000
 """Bytes that a probe may take, with its libraries."""
 
 
-def seal(path: str | Path) -> None:
-    """Put the seal behind the end of a closed HDF5 file."""
+def seal(path: str | Path, rows: list[hdf5_parity.Rows] | None = None) -> None:
+    """Put the seal behind the end of a closed HDF5 file, and the parity behind that; `rows` is what lies where."""
     with Path(path).open("r+b") as stream:
         end = _end(stream)
         head = _MARK + end.to_bytes(8, "little") + _checksum(stream, end).to_bytes(4, "little")
         stream.seek(end)
         stream.write(head + zlib.crc32(head).to_bytes(4, "little"))
+        hdf5_parity.write(stream, end, rows or [])
         stream.truncate()
 
 
 def end_of(path: str | Path) -> int:
-    """Return where a closed HDF5 file ends with its seal, bytes: what follows is not read."""
+    """Return where a closed HDF5 file ends with its seal and parity, bytes: what follows are records.
+
+    Of a damaged file, which may no longer know its own end, it is where its parity ends.
+    """
     with Path(path).open("rb") as stream:
         end = _end(stream)
-        return end + _SEAL.size if _seal_at(stream, end) else end
+        if _seal_at(stream, end):
+            return end + _SEAL.size + hdf5_parity.length_at(stream, end + _SEAL.size)
+    mended = hdf5_parity.mend(path)
+    return end if mended is None else mended.end
 
 
 def state_of(path: str | Path) -> str:
@@ -54,7 +63,8 @@ def state_of(path: str | Path) -> str:
             if found:
                 whole = found == (end, _checksum(stream, end)) and end == _end(stream)
                 return WHOLE if whole else BROKEN
-    return NONE
+    mended = hdf5_parity.mend(path)
+    return BROKEN if mended is not None and mended.damaged else NONE
 
 
 def probe(path: str | Path) -> str:

@@ -19,7 +19,7 @@ from pathlib import Path
 from flexmb.errors import DataFileError
 from flexmb.whereabouts import place_of
 
-__all__ = ["Lock", "holder"]
+__all__ = ["Lock", "holder", "locked_by_other"]
 
 _NO_LOCKS = {getattr(errno, name) for name in ("ENOLCK", "ENOTSUP", "EOPNOTSUPP", "ENOSYS") if hasattr(errno, name)}
 _PLACE = 1 << 30
@@ -112,6 +112,20 @@ def holder(path: str | Path) -> str:
             return "" if _lock(stream.fileno(), shared=True) else _named(file)
     except OSError:  # there is none, or one that cannot be looked at
         return ""
+
+
+def locked_by_other(path: str | Path) -> bool:
+    """Has another program locked a file as a whole, as HDF5 does (flock)?"""
+    try:
+        import fcntl
+
+        with open(path, "rb", opener=_opened) as stream:
+            fcntl.flock(stream.fileno(), fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except (ImportError, OSError):  # no such locks here
+        return False
+    return False
 
 
 def _file(path: str | Path) -> Path:

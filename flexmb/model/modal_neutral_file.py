@@ -140,6 +140,7 @@ def _read_numbering(group) -> Numbering:
 
 def read(group, kind: type[Data]) -> Data:
     """Return what `write` wrote into an open HDF5 group as data of a class; KeyError if something is missing."""
+    hdf5.require_whole(group, f"Reduced body in '{group.file.filename}'")
     values = {}
     for field in fields(kind):
         name = field.name

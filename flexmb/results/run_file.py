@@ -50,6 +50,7 @@ from flexmb.results.written import (
     joined,
     read_group,
     says_of,
+    upto_damage,
 )
 from flexmb.told import tell
 from flexmb.whereabouts import places_for
@@ -76,10 +77,10 @@ def floating_data(model) -> dict[str, Any]:
 def read_written(file, stream) -> Written:
     """Return what a solution file holds, from its open HDF5 part and a binary stream of the same file."""
     groups = [file["phases"][str(number)] for number in range(len(file["phases"]))]
-    written = Written([read_group(group) for group in groups])
-    if "status" in file.attrs:
+    written = Written(*upto_damage([read_group(group) for group in groups]))
+    if "status" in file.attrs and not written.behind:
         written.status, written.statistics = file.attrs["status"], file.attrs.get("statistics", "{}")
-    add_records(written, stream, hdf5.end_of(file.filename))
+    add_records(written, stream, hdf5.end_of(stream.name))
     return written
 
 
@@ -154,6 +155,8 @@ class RunFile:
         try:
             with hdf5.reading(run.path, schema=SCHEMA, version=VERSION):
                 pass
+            if hdf5.is_damaged(run.path):  # what was lost, and what stands behind it, is computed again
+                _fold(run.path, run._part, behind_too=True)
             with complaints(run._part, "continue"):
                 run._journal = Journal(run.path)
                 run._journal.add(GOES_ON, {"phase": "new" if new_phase else "last"})
@@ -343,13 +346,15 @@ def _block(t, *others) -> dict[str, np.ndarray]:
     }
 
 
-def _fold(path: Path, part: str) -> None:
-    """Make the records behind the HDF5 part of a solution file part of it."""
+def _fold(path: Path, part: str, behind_too: bool = False) -> None:
+    """Make the records behind the HDF5 part of a solution file part of it; what stands behind damage is an error, or
+    is left out.
+    """
     with hdf5.writing(path, schema=SCHEMA, version=VERSION, part=part, doing="complete") as file:  # noqa: SIM117
         # closed before the new file takes the place: Windows would refuse
         with hdf5.reading(path, schema=SCHEMA, version=VERSION) as old, path.open("rb") as stream:
             written = read_written(old, stream)
-            if written.behind:  # whoever saves the rest of the file finds the samples behind the gap
+            if written.behind and not behind_too:  # whoever saves the rest of the file finds the samples behind the gap
                 raise DataFileError(
                     part,
                     found="records that were written during the run are missing or damaged",

@@ -10,10 +10,11 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from flexmb import hdf5
 from flexmb.results.journal import Record, records
 from flexmb.results.memory import Memory
 
-__all__ = ["FIELDS", "Written", "WrittenPhase", "add_records", "joined", "read_group", "says_of"]
+__all__ = ["FIELDS", "Written", "WrittenPhase", "add_records", "joined", "read_group", "says_of", "upto_damage"]
 
 FIELDS = ("t", "q", "u", "a", "lam", "works")
 SAMPLES, REACHED, MEMORY, PHASE, ENDED, FINISHED, GOES_ON = "SA", "RE", "ME", "PH", "EN", "FI", "GO"
@@ -31,6 +32,7 @@ class WrittenPhase:
     blocks: rows that were added, as records
     reached: the state reached after the last sample, a row that is no sample, or None
     memory: what the integrator knew beside the last row, or None
+    cost: samples behind the last one that damage has cost
     tables: values of sensors by name, columns: titles of their columns
     """
 
@@ -42,6 +44,7 @@ class WrittenPhase:
     reached: Rows | None = None
     memory: Memory | None = None
     ended: str | None = None
+    cost: int = 0
     tables: dict[str, np.ndarray] = field(default_factory=dict)
     columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
@@ -94,9 +97,9 @@ class Written:
     """
 
     phases: list[WrittenPhase]
+    behind: list[WrittenPhase] = field(default_factory=list)
     status: str | None = None
     statistics: str = "{}"
-    behind: list[WrittenPhase] = field(default_factory=list)
 
 
 def add_records(written: Written, stream: BinaryIO, start: int) -> None:
@@ -172,6 +175,11 @@ def read_group(group) -> WrittenPhase:
     # a kill of an older release between two datasets left rows of different number: what all have is complete
     own = min((len(group[name]) for name in FIELDS if name in group), default=0)
     phase = WrittenPhase(group.attrs["model"], group, own, ended=group.attrs.get("ended"))
+    damaged = [hdf5.lost_rows(group[name]) for name in FIELDS if name in group]
+    first = min((rows[0] for rows in damaged if rows is not None), default=own)
+    if first < own:  # what stands behind it is no part of the run that is read
+        phase.own, phase.ended, phase.cost = first, None, own - first
+        return phase
     if group.attrs.get("cut_off", False) and own:
         phase.own -= 1
         phase.reached = _rows_of(group, own - 1, own)
@@ -179,9 +187,19 @@ def read_group(group) -> WrittenPhase:
         kept = group["memory"]
         phase.memory = Memory(of=str(kept.attrs["of"]), numbers=np.asarray(kept[()], float))
     for table in group["sensors"].values() if "sensors" in group else ():
+        if hdf5.lost_rows(table) is not None:  # it follows from the samples
+            continue
         phase.tables[table.attrs["name"]] = table[()]
         phase.columns[table.attrs["name"]] = tuple(json.loads(table.attrs["columns"]))
     return phase
+
+
+def upto_damage(phases: list[WrittenPhase]) -> tuple[list[WrittenPhase], list[WrittenPhase]]:
+    """Return the phases of the HDF5 part up to the first row that damage has cost, and what is behind it."""
+    for number, phase in enumerate(phases):
+        if phase.cost:
+            return phases[: number + 1], [WrittenPhase("", phase.group, phase.cost), *phases[number + 1 :]]
+    return phases, []
 
 
 def says_of(blocks: Sequence[Rows]) -> dict[str, Any]:

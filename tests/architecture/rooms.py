@@ -15,8 +15,9 @@ MAY_KNOW = {
     "ctrl_c": (),
     "drain": (),
     "hdf5_probe": (),
-    "hdf5_seal": (),
-    "hdf5": ("files", "found", "drain", "hdf5_seal"),
+    "hdf5_parity": (),
+    "hdf5_seal": ("hdf5_parity",),
+    "hdf5": ("files", "found", "drain", "lock", "hdf5_seal", "hdf5_parity"),
     "math": ("lock",),
     "model": ("files", "hdf5", "math"),
     "fem": (

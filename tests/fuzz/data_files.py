@@ -34,8 +34,8 @@ MATRICES = (
     *("market/K.mtx", "market/M.mtx", "abaqus/block_STIF1.mtx", "abaqus/block_MASS1.mtx", "abaqus/block.inp"),
     *("ccx/block.sti", "ccx/block.mas", "ccx/block.dof", "ccx/block.inp", "nastran/beam.pch", "numpy/beam.npz"),
 )
-SEAL = 24
-"""Bytes of the seal."""
+MARK = b"FLEXSEAL"
+"""With this the seal begins, and the parity follows it."""
 _MAIN = {"market": "K.mtx", "abaqus": "block_STIF1.mtx", "ccx": "block.sti", "nastran": "beam.pch", "numpy": "beam.npz"}
 
 
@@ -54,8 +54,7 @@ def data_campaign(name: str, names: tuple[str, ...], *, seed: int = 1, limit: fl
             shutil.copytree(original.parent, case)
         change = damaged if original.suffix in (".h5", ".npz") else mutant
         if original.suffix == ".h5" and k % 3:  # a seal tells of any change: two of three are files without one
-            end = hdf5_seal.end_of(original)
-            content = content[: end - SEAL] + content[end:]
+            content = content[: content.index(MARK)] + content[hdf5_seal.end_of(original) :]
         (case / original.name).write_bytes(change(content, generator(seed, k)))
         return case / original.name
 
