@@ -22,8 +22,7 @@ from flexmb.cli.progress import ProgressBar
 from flexmb.cli.remedies import in_files_and_options
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, VERIFICATION, Log, new_run, stored_in
 from flexmb.errors import DataFileError, IntegrationError, caused_by_interrupt
-from flexmb.results import stored_samples
-from flexmb.results.status import STORED
+from flexmb.results import STORED, stored_samples
 
 NAME = "run"
 SUMMARY = "simulate a model file and write a run folder"

@@ -16,7 +16,7 @@ from flexmb.errors import DataFileError, ModelError, did_you_mean
 from flexmb.files import complaints, remove_parts, resolved
 from flexmb.found import folder_in_words, no_file_because, runs_below
 from flexmb.lock import Lock
-from flexmb.results.status import STORED
+from flexmb.results import STORED
 
 __all__ = [
     "LOG",

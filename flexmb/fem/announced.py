@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import math
 import re
+import struct
 import zipfile
 from pathlib import Path
 
@@ -15,13 +17,17 @@ GRID = 1_000_000
 """Cells of a regular grid in a file of any size: they need no bytes."""
 PER_BYTE, FEW = 100, 100_000_000
 """Bytes of all unpacked arrays for a byte of an .npz file, and of any file."""
+FEW_UNPACKED = 600_000_000
+"""Bytes of all unpacked arrays of a VTU file of any size: what its reader may take."""
+ARRAY = re.compile(rb"<DataArray\b[^>]{0,2000}>\s*")
 DIMENSIONS = re.compile(rb"^DIMENSIONS[ \t]+(\d+)[ \t]+(\d+)[ \t]+(\d+)", re.MULTILINE | re.IGNORECASE)
 
 
 def require_counts(path: Path) -> None:
-    """Raise ValueError if a PLY, OFF or VTK file lacks its counts, or if they cannot be true.
+    """Raise ValueError if a PLY, OFF, VTK or VTU file lacks its counts, or if they cannot be true or are far too large.
 
-    meshio seeks the end of a PLY header, and the counts of OFF, for ever, and makes all points of a regular grid.
+    meshio seeks the end of a PLY header, and the counts of OFF, for ever, makes all points of a regular grid, and
+    unpacks arrays until its memory is used up.
     """
     suffix, size = path.suffix.lower(), path.stat().st_size
     if suffix == ".ply":
@@ -43,6 +49,39 @@ def require_counts(path: Path) -> None:
         if grid is not None:
             cells = [max(int(count) - 1, 1) for count in grid.groups()]  # a byte for each of them may be all there is
             _require([math.prod(cells)], max(size, GRID))
+
+    elif suffix == ".vtu":
+        unpacked, most = _unpacked(path.read_bytes()), FEW_UNPACKED + PER_BYTE * size
+        if unpacked > most:
+            raise ValueError(f"its arrays unpack to {unpacked / 1e6:.4g} MB; at most {most / 1e6:.4g} MB are read")
+
+
+def _unpacked(text: bytes) -> int:
+    """Return how many bytes the compressed arrays of a VTU file have, by the headers of their blocks."""
+    root = re.search(rb"<VTKFile\b[^>]*>", text[:HEADER])
+    if root is None or b"compressor=" not in root.group():
+        return 0
+    number = "Q" if b'"UInt64"' in root.group() else "I"
+    order = ">" if b'"BigEndian"' in root.group() else "<"
+    head = struct.Struct(order + 3 * number)  # number of blocks, bytes of one, bytes of the last
+    appended = re.search(rb"<AppendedData\b[^>]*>\s*_", text)
+    found = 0
+    for array in ARRAY.finditer(text):
+        tag, start, coded = array.group(), array.end(), True
+        if b'"appended"' in tag:
+            offset = re.search(rb'offset="(\d{1,18})"', tag)
+            if appended is None or offset is None:
+                continue
+            start, coded = appended.end() + int(offset.group(1)), b'"raw"' not in appended.group()
+        elif b'"binary"' not in tag:
+            continue
+        begin = text[start : start + (head.size * 4 // 3 if coded else head.size)]
+        try:
+            blocks, size, last = head.unpack(base64.b64decode(begin) if coded else begin)
+        except (ValueError, struct.error):  # what its reader says of it
+            continue
+        found += max(blocks - 1, 0) * size + (last or size) if blocks else 0
+    return found
 
 
 def require_unpacked(path: Path) -> None:

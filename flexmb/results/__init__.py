@@ -6,11 +6,12 @@ from flexmb.results.read_file import stored_body, stored_samples
 from flexmb.results.run_file import RunFile, floating_data
 from flexmb.results.series import MarkerMotion, Series
 from flexmb.results.solution import SHARED, Solution
-from flexmb.results.status import Status
+from flexmb.results.status import STORED, Status
 from flexmb.results.wear import Wear, wear
 
 __all__ = [
     "SHARED",
+    "STORED",
     "Instant",
     "MarkerMotion",
     "Phase",

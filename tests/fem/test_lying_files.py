@@ -137,6 +137,27 @@ DECKS = {
 }
 
 
+@pytest.mark.parametrize(
+    ("layout", "attributes"),
+    [("inline", ""), ("inline", ' header_type="UInt64"'), ("base64", ' header_type="UInt64"'), ("raw", "")],
+)
+def test_sizes_of_compressed_arrays_are_read_from_their_headers(tmp_path, layout, attributes):
+    """17 blocks of a gigabyte, of which no byte is there: nothing is unpacked to find that out."""
+    head = struct.pack("<17Q" if attributes else "<17I", 17, 10**9, 5, *[100] * 14)
+    data = head if layout == "raw" else base64.b64encode(head)
+    array = b'format="binary">' + data if layout == "inline" else b'format="appended" offset="0">'
+    store = b'<AppendedData encoding="%s">_%s</AppendedData>' % (layout.encode(), data) if layout != "inline" else b""
+    text = (
+        b'<VTKFile type="UnstructuredGrid" byte_order="LittleEndian"%s compressor="vtkZLibDataCompressor">'
+        b'<UnstructuredGrid><Piece NumberOfPoints="9" NumberOfCells="1">'
+        b'<Points><DataArray type="Float64" %s</DataArray>'
+        b"</Points></Piece></UnstructuredGrid>%s</VTKFile>"
+    ) % (attributes.encode(), array, store)
+    (tmp_path / "large.vtu").write_bytes(text)
+    with pytest.raises(FlexmbError, match=r"its arrays unpack to 1\.6e\+04 MB; at most 600.* MB are read"):
+        fem.read_mesh(tmp_path / "large.vtu")
+
+
 def peak():
     """bytes of address space, at most so far"""
     with open("/proc/self/status") as text:
