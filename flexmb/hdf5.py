@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 from types import MappingProxyType
@@ -67,7 +67,8 @@ def reading(path: str | Path, *, schema: str, version: int) -> Iterator[h5py.Fil
     try:
         _check_signature(path, part, schema)
     except DataFileError:
-        mended = mend(path) if path.is_file() else None  # its first bytes may be what is damaged
+        with suppress(OSError):  # it is not there, or may not be read
+            mended = mend(path)  # its first bytes may be what is damaged
         if mended is None or not mended.damaged:
             raise
     with ExitStack() as stack:

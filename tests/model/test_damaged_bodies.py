@@ -61,6 +61,17 @@ def test_a_stretch_that_the_parity_covers(path):
         ModalNeutralData.load(path)
 
 
+def test_a_file_that_may_not_be_read(path, monkeypatch):
+    """It is not called damaged; permissions mean nothing to root, so that opening fails is made here."""
+
+    def refuse(self, *how, **more):
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr("pathlib.Path.open", refuse)
+    with pytest.raises(DataFileError, match=r"it may not be read \(Permission denied\)"):
+        ModalNeutralData.load(path)
+
+
 def test_without_its_parity_a_changed_byte_is_refused(path):
     """As in files of former times: nobody can say what was there."""
     content = path.read_bytes()
