@@ -25,7 +25,7 @@ from flexmb.parts.limits import check_count, check_file
 from flexmb.parts.nodal_loads import Each
 from flexmb.parts.places import check_near
 from flexmb.parts.watchers import tell_progress
-from flexmb.reduction.craig_bampton import reduce
+from flexmb.reduction.craig_bampton import joining, reduce
 from flexmb.reduction.mode_choice import USUAL, parse_modes
 from flexmb.told import speaking_of
 
@@ -168,7 +168,7 @@ class Part(metaclass=Described):
                 remedy="Rename one of them",
             )
         asked = self.residual_vectors
-        asked = tuple(self.loads) if isinstance(asked, str) and asked == "all" else entries_of(asked)
+        asked = joining(asked, self.loads) if isinstance(asked, str) and asked == "all" else entries_of(asked)
         if not all(isinstance(name, str) for name in asked):
             raise ModelError(
                 f"{self.title}, residual_vectors",

@@ -37,7 +37,7 @@ from flexmb.reduction.tracks import Track, expanded, joining_forces
 from flexmb.reduction.transfer_error import TransferError, transfer_error
 from flexmb.told import tell
 
-__all__ = ["reduce"]
+__all__ = ["joining", "reduce"]
 
 Progress = Callable[[str, float], None]
 
@@ -122,7 +122,7 @@ def reduce(
         frame,
         damping,
         stress,
-        _joining(residual_vectors, loads or {}),
+        joining(residual_vectors, loads or {}),
         preload or {},
         zones_of(contact),
         whole(compare),
@@ -321,7 +321,7 @@ def _frame_interface(frame: str, couplings: Sequence[Coupling], body: HeldBody) 
     return number
 
 
-def _joining(asked: Sequence[str] | str, loads: Mapping[str, Any]) -> tuple[str, ...]:
+def joining(asked: Sequence[str] | str, loads: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the names of loads that are to join; "all" are those that do not join by themselves."""
     if asked == "all":
         return tuple(name for name, load in loads.items() if not isinstance(load, Track))
@@ -387,6 +387,6 @@ def _check_names(asked: _Settings) -> None:
             raise ReductionError(
                 f"Load '{name}'",
                 found="a track: its shapes join by themselves" if name in loads else "no load shape of that name",
-                expected=f"One of: {', '.join(loads) or 'none'}",
-                remedy=did_you_mean(name, loads),
+                expected=f"One of: {', '.join(joining('all', loads)) or 'none'}",
+                remedy="Leave it out" if name in loads else did_you_mean(name, joining("all", loads)),
             )

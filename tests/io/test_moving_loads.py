@@ -100,6 +100,19 @@ def test_a_model_file_lets_a_load_cross_a_bridge_with_a_basis_of_a_run(tmp_path,
     assert [force.load for force in again.forces] == [force.load for force in small.forces]
 
 
+def test_all_loads_join_but_the_tracks(tmp_path, monkeypatch):
+    """Their shapes join by themselves: "all" are the others, and a track that is named is told to be left out."""
+    monkeypatch.setenv("FLEXMB_BODIES", str(tmp_path / "bodies"))
+    side = {"loads = {": 'loads = { side = { kind = "Forces", on = "middle", force = [0, 1, 0] },'}
+    without, every = (
+        fmb.load_model(bridge(tmp_path, basis, **side)).body("beam").data for basis in ("", 'residual_vectors = "all"')
+    )
+    assert every.load_names == without.load_names
+    assert every.n_modes == without.n_modes + 1
+    with pytest.raises(fmb.FlexmbError, match=r"its shapes join by themselves\. One of: side\. Leave it out"):
+        fmb.load_model(bridge(tmp_path, 'residual_vectors = ["rail"]', **side))
+
+
 def save(model, path):
     fmb.save_model(model, path)
     return path
