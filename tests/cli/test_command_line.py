@@ -169,7 +169,7 @@ sys.argv = ["flexmb", "check", "any.toml"]
 class Finder:
     def find_spec(self, name, path=None, target=None):
         if name == "flexmb.cli.command_line":
-            os.kill(os.getpid(), signal.{number})
+            exec("os.kill(os.getpid(), signal.{number})")  # as where a named tuple is being made
 
 sys.meta_path.insert(0, Finder())
 from flexmb.cli import main
@@ -182,10 +182,16 @@ sys.exit(code)
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows sends no signals")
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
-def test_a_signal_while_the_package_is_loaded_and_another_at_the_end(number):
-    """One clean message and one code from the first moment on: it was -15, and -2 where two signals came."""
+def test_a_signal_while_the_package_is_loaded_and_another_at_the_end(number, tmp_path):
+    """One message and one code from the first moment on: it was -15, and -2 where a named tuple was being made."""
+    (tmp_path / "early.py").write_text(EARLY.format(number=number))
     child = subprocess.run(
-        [sys.executable, "-c", EARLY.format(number=number)], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "early"],  # as python -m flexmb
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
     )
     assert child.returncode == 130, child.stderr
     assert child.stderr == "flexmb: interrupted\n"
