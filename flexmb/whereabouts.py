@@ -11,6 +11,8 @@ __all__ = ["place_of", "places_for"]
 
 _REMOVED = " (deleted)"
 """What Linux puts behind the former name of a removed file."""
+_HIDDEN = (".nfs", ".fuse_hidden", ".smb")
+"""What network file systems call a removed file that is still open: with its last closing it is gone."""
 
 
 def place_of(descriptor: int, path: Path) -> Path | None:
@@ -22,7 +24,7 @@ def place_of(descriptor: int, path: Path) -> Path | None:
     if os.name == "nt" or _is(descriptor, path):
         return path
     name = _named(descriptor)
-    if name is None or name.endswith(_REMOVED):
+    if name is None or name.endswith(_REMOVED) or os.path.basename(name).startswith(_HIDDEN):
         return None
     if name == os.path.realpath(path):  # a file system that gives numbers anew whenever it is asked
         return path

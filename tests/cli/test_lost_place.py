@@ -162,6 +162,18 @@ def test_a_removed_file_is_safe_again_before_the_end(tmp_path):
     assert list(fmb.Solution.load(tmp_path / "run.h5").t) == [0.0, 1.0, 2.0]
 
 
+def test_what_a_network_file_system_does_with_a_removed_file(tmp_path):
+    """It only hides an open file under such a name, and removes it when it is closed: it must be written again."""
+    file = RunFile(tmp_path / "run.h5", rows=1)
+    file.begin()
+    file.append(*rows(0.0))
+    os.rename(tmp_path / "run.h5", tmp_path / ".nfs000000012345")
+    with pytest.warns(UserWarning, match="was removed while it was written: it was written again"):
+        file.finish(Status.finished(0.0))
+    os.remove(tmp_path / ".nfs000000012345")
+    assert list(fmb.Solution.load(tmp_path / "run.h5").t) == [0.0]
+
+
 def _made(folder):
     folder.mkdir()
     return folder
