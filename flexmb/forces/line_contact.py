@@ -151,12 +151,25 @@ def apply(raw, data, state, work):
 
 @inner_kernel
 def _fastest(row, data, work):
-    """Return the largest speed, m/s, of the points of the stretch relative to marker a."""
+    """Return the largest speed, m/s, of the points of the stretch relative to the plane, or to the axis of the
+    cylinder: as they turn with it, but for a turn about the axis, which moves no surface.
+    """
     a, square = work.markers[row.a], 0.0
+    turn = np.empty(3)
+    x = np.empty(3)
+    t = np.empty(3)
+    about = 0.0
+    for i in range(3):
+        about += a.w[i] * a.R[i, 2]
+    for i in range(3):
+        turn[i] = a.w[i] - (about * a.R[i, 2] if row.against == 1 else 0.0)
     for k in range(row.count):
         b, one = work.markers[int(data[row.points + 3 * k])], 0.0
         for i in range(3):
-            one += (b.v[i] - a.v[i]) ** 2
+            x[i] = b.r[i] - a.r[i]
+        cross(turn, x, t)
+        for i in range(3):
+            one += (b.v[i] - a.v[i] - t[i]) ** 2
         square = max(square, one)
     return square**0.5
 
@@ -197,7 +210,8 @@ class LineContact(Force):
     line as drawn. `ForceOf` gives the wrench on the body of the marker: the torque of a belt on its pulley.
 
     Steps end where points begin and cease to touch, and follow their impacts. What touches with less than a tenth of
-    the speed of the fastest point of the stretch, relative to the marker, is passed over, as a belt on a pulley.
+    the speed of the fastest point of the stretch is passed over, as a belt on a pulley; speeds are relative to the
+    plane, or to the axis of the cylinder, with which they turn.
 
     Parameters
     ----------

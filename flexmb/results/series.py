@@ -106,6 +106,27 @@ class Series:
         finally:
             args[:] = before
 
+    @cached_property
+    def impacts(self) -> tuple[tuple[Any, float, dict[str, np.ndarray]], ...]:
+        """The impacts of the event that ended the phase: the action, its impulse (N s), and that of every joint on the
+        body of its second marker, there, in W (6,), N s and N m s.
+
+        They follow from the velocities before them, the last sample.
+        """
+        from flexmb.system import observe
+        from flexmb.system.impact import strike
+
+        phase = self.phase
+        event = next((e for e in phase.model.events if e.name == phase.ended), None)
+        if event is None or not any(action.strikes for action in event.then):
+            return ()
+        system, t, q, found = self.system, float(phase.t[-1]), phase.q[-1], []
+        for action, impulse, multipliers in strike(system, event, t, q, phase.u[-1])[1]:
+            still = np.zeros((2, 1, system.nu))
+            seen = observe(system, [t], q[None], still[0], still[1], multipliers[None]).reaction[0]
+            found.append((action, impulse, {name: seen[k] for name, k in system.joint_index.items()}))
+        return tuple(found)
+
     def marker(self, name: str) -> MarkerMotion:
         """Return the motion of "body.marker"."""
         k = _index(self.system.marker_index, name, "marker")

@@ -9,6 +9,7 @@ from flexmb.sensors.deflection import Deflection
 from flexmb.sensors.distance import Distance
 from flexmb.sensors.energy import Energy
 from flexmb.sensors.flexible_coordinate import ModalCoordinate, StrainGauge
+from flexmb.sensors.impulse_of import ImpulseOf
 from flexmb.sensors.joint_coordinate import JointCoordinate
 from flexmb.sensors.loads import ForceOf, Reaction
 from flexmb.sensors.marker_motion import Acceleration, AngularVelocity, Orientation, Position, Velocity

@@ -12,6 +12,9 @@ import pytest
 
 import flexmb as fmb
 from flexmb import fem
+from flexmb.integrate.runs.switching import PassedOver, new_switching
+from flexmb.system import compile
+from flexmb.system.program import evaluate
 
 LENGTH, THICK, DENSITY, DEEP, BEFORE = 0.5, 0.02, 7800.0, 2e-3, 5e-3
 BAR, RADIUS, TOUCHED = 0.5, 0.05, 0.02
@@ -130,3 +133,43 @@ def test_coarse_steps_are_named():
     assert any("Force 'floor': it closed and opened again within" in str(x.message) for x in told)
     v, _ = end(falling("cable", SPEEDS[0], 0.0), 4.0 * span, fmb.GeneralizedAlpha(step=span / 60.0))
     assert v[2] == pytest.approx(SPEEDS[0], rel=1e-2)
+
+
+@pytest.mark.parametrize("against", ["plane", "cylinder"])
+@pytest.mark.parametrize("spin", [0.0, 500.0])
+def test_a_turn_of_all_is_no_speed(against, spin):
+    """A line that turns with its plane, or with the axis of its cylinder, at 500 rad/s, and nears it at 1 m/s.
+
+    What touches slowly is measured by 1 m/s; by the 150 m/s of the turn, as before, no impact was seen.
+    """
+    gap, axis = 0.05, np.array([0.0, 1.0, 0.0])  # across the normal of the plane, and across the axis z
+    place = np.array(
+        [[0.2, 0.0, 0.1 + gap], [0.3, 0.0, 0.1 + gap]] if against == "plane" else [[0.15, 0, 0], [0.15, 0, 0.3]]
+    )
+    toward = np.array([0.0, 0.0, -1.0] if against == "plane" else [-1.0, 0.0, 0.0])
+    rope = fmb.AncfCable(
+        "line",
+        points=place,
+        elements=2,
+        stretches={"all": (0.0, 1.0)},
+        section=fem.Section.solid_circle(0.01),
+        material=fmb.Material(young=1e9, poisson=0.3, density=DENSITY),
+    )
+    disc = fmb.RigidBody("disc", mass=1.0, inertia=(1, 1, 1), angular_velocity=spin * axis)
+    contact = fmb.LineContact(
+        "c",
+        stretch="line.all",
+        marker="disc.center",
+        against=against,
+        radius=0.1 if against == "cylinder" else None,
+        stiffness=1e6,
+    )
+    system = compile(fmb.Model(bodies=[fmb.Ground(), disc, rope], forces=[contact]))
+    state, work = system.state(0.0), system.workspace()
+    iq, iu = system.body_slices["line"]
+    q, u = state.q[iq].reshape(-1, 2, 3), state.u[iu].reshape(-1, 2, 3)  # places and slopes of the nodes
+    u[:] = np.cross(spin * axis, q)
+    u[:, 0] += toward
+    evaluate(system.program, state, work)
+    switching = new_switching(system, state, work, PassedOver())
+    np.testing.assert_allclose(switching.now[:, 8], 1.0, rtol=1e-9)

@@ -15,7 +15,10 @@ from flexmb.math.weights import weigh, weigh_mass
 from flexmb.system.mobility import constraint_matrix
 from flexmb.system.program import advance, evaluate
 
-__all__ = ["beside", "taken_over"]
+__all__ = ["beside", "known", "taken_over"]
+
+MANY = 0.1
+"""Part of the steps that the motion beside may fail to take."""
 
 SHARED = ("extent", "reach", "signals", "pace", "world", "switching", "axes")
 """What both motions have in common."""
@@ -36,11 +39,22 @@ def beside(system, own: Variables, followed: bool) -> Motions:
             q=np.zeros(system.nq),
             u=np.zeros(system.nu),
             a=np.zeros(system.nu),
+            second=np.zeros(system.ng),
+            early=np.zeros(system.ng),
+            earlier=np.zeros(system.ng),
+            x=np.zeros(system.nu),
+            y=np.zeros(system.nu),
             q_start=own.q.copy(),
             reactions=new_comparison(system),
             run=new_gap(system, followed),
         ),
     )
+
+
+def known(motions: Motions) -> bool:
+    """Could the motion beside take nearly all steps? Where it cannot, it only keeps its distance."""
+    run = motions.corrected.run[0]
+    return bool(run["rejected_by_iteration"] <= MANY * max(run["steps"], 1))
 
 
 def taken_over(system, before: Motions, now: Motions, c: Controls) -> Motions:
@@ -52,7 +66,8 @@ def taken_over(system, before: Motions, now: Motions, c: Controls) -> Motions:
     vibration that it never had, and grow with the steps.
     """
     now.apart.run[:] = before.apart.run
-    now.corrected.run["steps"] = before.corrected.run["steps"]
+    for name in ("steps", "rejected_by_iteration"):
+        now.corrected.run[name] = before.corrected.run[name]
     now.apart.reactions[:] = ENDED  # the distance of the motions meets other equations: nothing is told from here on
     if before.own.q.shape != now.own.q.shape or before.own.u.shape != now.own.u.shape:
         begin_again(now.apart.run)

@@ -12,23 +12,31 @@ import numpy as np
 from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
 from flexmb.integrate.alpha.step_size import fit_to_step, keep_rates, write_sample
 from flexmb.integrate.alpha.variables import Controls, Motions
+from flexmb.integrate.alpha.world_translation import to_body_axes, turn
 from flexmb.integrate.runs.gap import EVERY, measure
 from flexmb.integrate.runs.reaction_errors import add_difference
-from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_lu import lu_factor, lu_solve
 from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
 from flexmb.math.tables import CHOICE, NUMBER, WORK, State
-from flexmb.system.program import constraint_velocity, evaluate, keep_branches
+from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate, keep_branches
 
 __all__ = ["compare_reactions", "follow", "follow_anew", "local_errors"]
 
 CORRECTIONS, ENOUGH = 6, 0.1
 """Corrections of a step at most, and what they may leave, relative to the tolerance of a step."""
+MEASURED, FADES = 1e-3, 0.7
+"""Correction, relative to that tolerance, above which a second one tells their rate; part of a rate that counts the
+next time."""
+SELDOM = 16
+"""Steps from one look at that rate to the next."""
+LONGER = 1.1
+"""Growth of a step from which on what lies across the constraints is taken out at once."""
 
 
-@entry_kernel(PROGRAM, numba_type(Motions), numba_type(Controls), NUMBER)
-def local_errors(program, motions, c, h):
+@entry_kernel(PROGRAM, WORK, numba_type(Motions), numba_type(Controls), NUMBER)
+def local_errors(program, work, motions, c, h):
     """Write the local errors of a step, before it is accepted: what its end has too much.
 
     With d = alpha_m - alpha_f, the increment has (beta + d / 2 - 1/6) h^3 a' and the velocity
@@ -68,6 +76,61 @@ def local_errors(program, motions, c, h):
             vj, vk = 0.5 * (v.u[iu + j] + v.u1[iu + j]), 0.5 * (v.u[iu + k] + v.u1[iu + k])
             aj, ak = 0.5 * (v.a[iu + j] + v.a1[iu + j]), 0.5 * (v.a[iu + k] + v.a1[iu + k])
             apart.dx[iu + i] -= third * (wj * ak - wk * aj + vj * bk - vk * bj)
+    if _straightens(s, h):
+        _second_rates(work, v, apart, apart.second, apart.early)
+        for n in range(len(v.lam)):
+            apart.early[n] -= apart.second[n]
+
+
+@inner_kernel
+def _straightens(s, h):
+    """Is it time to bring the motion beside back along the constraints: now and then, and where steps get longer?"""
+    return len(s.lam) > 0 and (s.run[0].steps % EVERY == 0 or h > LONGER * s.run[0].last_step)
+
+
+@inner_kernel
+def _second_rates(work, v, apart, second, early):
+    """Write the second rates (ng,) of the constraints at the end of a step, with both kinds of accelerations."""
+    constraint_acceleration(work, v.body_a, second)
+    to_body_axes(v.world, v.q1, v.u1, v.alg1, apart.x, apart.y)
+    constraint_acceleration(work, apart.y, early)
+
+
+@inner_kernel
+def _add_rates(program, work, s, apart, rates, x):
+    """Change `x` (nu,), velocities or accelerations, by what gives the constraints so much more of a rate (ng,)."""
+    nu = len(x)
+    for i in range(nu):
+        s.right[i] = 0.0
+    for n in range(len(rates)):
+        s.right[nu + n] = rates[n]
+    lu_solve(work.S, program.pattern, s.right)
+    for i in range(nu):
+        if not np.isfinite(s.right[i]):
+            return
+        apart.x[i] = s.right[i]
+    turn(s.world, s.q1, apart.x)
+    for i in range(nu):
+        x[i] += apart.x[i]
+
+
+@inner_kernel
+def _along_constraints(program, work, s, apart):
+    """Let velocities and accelerations of the motion beside satisfy the constraints, at the end of a step.
+
+    What a step leaves across them swings from step to step and grows where steps get longer. The run limits its steps
+    by that; beside it, it would grow by ten in six steps, and is no error of the motion. The algorithmic
+    acceleration belongs to another time, and lies ahead by as much as the run's.
+    """
+    _second_rates(work, s, apart, apart.second, apart.earlier)
+    for n in range(len(s.lam)):
+        s.hidden[n] = -s.hidden[n]
+        apart.second[n] = -apart.second[n]
+        apart.earlier[n] = apart.early[n] - apart.earlier[n]
+    _add_rates(program, work, s, apart, s.hidden, s.u1)
+    _add_rates(program, work, s, apart, apart.second, s.a1)
+    _add_rates(program, work, s, apart, apart.earlier, s.alg1)
+    s.hidden[:] = 0.0
 
 
 @entry_kernel(PROGRAM, WORK, numba_type(Motions), numba_type(Controls), NUMBER, NUMBER, CHOICE)
@@ -100,6 +163,8 @@ def follow(program, work, motions, c, h, t, short):
     move_to_end(program, s, h)
     if _solved(program, work, s, c, h, t, v.run[0].convergence):
         constraint_velocity(work, s.body_u, s.hidden)
+        if _straightens(s, h):
+            _along_constraints(program, work, s, apart)
         keep_rates(s, c, h, h)
         for i in range(len(s.q)):
             s.q[i] = s.q1[i]
@@ -109,6 +174,7 @@ def follow(program, work, motions, c, h, t, short):
             s.lam[i] = s.lam1[i]
         keep_branches(program, work, s.q)
     else:
+        s.run[0].rejected_by_iteration += 1
         _carry(v, s, apart, False)
     s.run[0].steps += 1
     if s.run[0].steps % EVERY == 0:
@@ -149,14 +215,17 @@ def _carry(v, s, apart, with_rates):
 def _solved(program, work, s, c, h, t, rate):
     """Solve a step, by one correction with the matrix of the run if that does, else by Newton's method; return if it
     converges.
+
+    The matrix is that of another motion: how well it does follows from second corrections, now and then. The rate at
+    which the run itself converges is no measure where a thin beam is bent otherwise: what is left along it would grow.
     """
     nu = len(s.u)
     scale = h * h * c.beta * (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
     before = np.inf
     for k in range(CORRECTIONS):
-        work.weights[0].wanted = 1 if k > 0 else 0
+        work.weights[0].wanted = 1 if k > 1 else 0
         evaluate(program, State(t, s.q1, s.body_u, s.body_a, s.lam1, s.signals), work)
-        if k > 0 and lu_factor(work.S, program.pattern) >= 0:
+        if k > 1 and lu_factor(work.S, program.pattern) >= 0:
             return False
         solve_for_increment(program, work, s, c, h, scale)
         size = 0.0
@@ -164,11 +233,18 @@ def _solved(program, work, s, c, h, t, rate):
             size = max(size, abs(s.right[i]) * s.extent[i] / (c.tolerance * s.reach[i]))
             if not np.isfinite(s.right[i]):
                 return False
-        if k > 1 and size > before:
+        if k > 2 and size > before:
             return False
         correct(program, s, c, h, scale)
+        if k == 0:
+            left = max(rate, s.run[0].convergence)
+            measured = s.run[0].steps % SELDOM == 1 and size > MEASURED
+        else:
+            left, measured = min(1.0, size / before), False
+            if k == 1 and before > MEASURED:
+                s.run[0].convergence = max(left, FADES * s.run[0].convergence)
         # what is left after this correction is about its rate times it
-        if size * (rate if k == 0 else min(1.0, size / before)) < ENOUGH:
+        if size * left < ENOUGH and not measured:
             return True
         before = size
     return False

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.integrate.alpha.added_errors import beside, taken_over
+from flexmb.integrate.alpha.added_errors import beside, known, taken_over
 from flexmb.integrate.alpha.jump import take_jump
 from flexmb.integrate.alpha.large_kernels import LARGE_KERNELS
 from flexmb.integrate.alpha.newmark import SINGULAR, STALLED, run_steps
@@ -346,8 +346,8 @@ class GeneralizedAlpha(metaclass=Described):
         return taken_over(system, before, variables, self._controls_of(system))
 
     def added_error(self, system, variables: Motions) -> AddedError | None:
-        """Return what the errors of the steps have added up to so far; None if they are not followed."""
-        if not self.follow_errors:
+        """Return what the errors of the steps have added up to so far; None if they are not followed, or not known."""
+        if not self.follow_errors or not known(variables):
             return None
         return added_error(system, variables.apart.run[0])
 

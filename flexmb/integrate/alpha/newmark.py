@@ -347,7 +347,7 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
             most = min(part, _largest_growth(v, c, error))
             if c.adaptive:
                 keep_axes(program.frames, v.axes, v.u1, h)
-            local_errors(program, motions, c, h)
+            local_errors(program, work, motions, c, h)
             _accept(program, work, v, c, h, planned, powers)
             changed = keep_switches(v.switching, h)
             follow(program, work, motions, c, h, now, short)

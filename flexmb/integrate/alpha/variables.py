@@ -136,6 +136,15 @@ class Apart(NamedTuple):
     """(nu,) of the velocities"""
     a: Floats
     """(nu,) of the accelerations"""
+    second: Floats
+    """(ng,) second rates of the constraints at the end of the step"""
+    early: Floats
+    """(ng,) by how much those with algorithmic accelerations lie ahead"""
+    earlier: Floats
+    """(ng,) the same of the motion beside"""
+    x: Floats
+    """(nu,) scratch, as the next"""
+    y: Floats
     q_start: Floats
     """(nq,) configuration from which motion is counted"""
     reactions: FloatRows

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.implicit.beside import Beside
-from flexmb.integrate.implicit.local_errors import take_off_errors
+from flexmb.integrate.implicit.local_errors import SEEN, take_off_errors
 from flexmb.integrate.implicit.stages import GAMMA, STAGES, Stages
 from flexmb.integrate.implicit.straighten import straightened
 from flexmb.integrate.runs.gap import EVERY, measure
@@ -28,6 +28,11 @@ __all__ = ["follow"]
 
 TURNS = 3
 """Corrections of coordinates whose rates depend on them."""
+GROWTH = 10.0
+"""Growth of the distance in a step from which on it is not known: what grows by itself grows by less in steps that
+follow it. Where a mechanism passes close to a dead centre, one correction does not find the motion beside."""
+SLIGHT = 0.01
+"""Share of the motion below which the distance may do so: steps that begin to grow, loops that are closed."""
 
 
 @inner_kernel
@@ -151,6 +156,21 @@ def _hold(b):
     b.dlam[:] = 0.0
 
 
+@inner_kernel
+def _grows_wildly(b, h, spread, wide):
+    """Return if the distance grows within a step by more than steps resolve: from what it was at the start, with the
+    error of the step before, and of late (squares).
+    """
+    before, now, fast_before, fast = 0.0, 0.0, 0.0, 0.0
+    for i in range(b.own[0].moving):
+        fast_before += b.v0[i] ** 2
+        fast += b.dv[i] ** 2
+    for i in range(len(b.dx) - len(b.dv) + b.own[0].moving):
+        before += b.x0[i] ** 2
+        now += b.dx[i] ** 2
+    return now + h * h * fast > GROWTH**2 * (max(before, spread) + h * h * max(fast_before, wide))
+
+
 @entry_kernel(
     numba_type(Chart),
     PROGRAM,
@@ -171,10 +191,12 @@ def follow(chart, program, work, r, b, x, v, t, h, weights, third, touched):
     if b.run[0].followed == 0:
         return
     b.own[0].steps += 1
+    for n in range(len(chart.driven)):
+        b.dx[chart.driven[n, 0]] = 0.0
     if touched == 1:
         b.run[0].blind, b.run[0].followed = 1, 0
         return
-    shift, end = GAMMA * h, STAGES - 1
+    shift, end, spread, wide = GAMMA * h, STAGES - 1, b.own[0].spread, b.own[0].wide
     b.x0[:], b.v0[:], b.a0[:] = b.dx, b.dv, b.da
     b.x1[:] = x + b.dx
     b.v[:] = v + b.dv
@@ -195,6 +217,11 @@ def follow(chart, program, work, r, b, x, v, t, h, weights, third, touched):
         b.dx[:], b.dv[:] = b.x0, b.v0
         _hold(b)
         return
+    if b.own[0].steps > SEEN and _grows_wildly(b, h, spread, wide):
+        measure(program, r.state.q, b.state.q, r.extent, b.run, b.start, t + h)
+        if b.run[0].far > SLIGHT * b.run[0].moved or b.run[0].wide > SLIGHT * b.run[0].turned:
+            b.own[0].wild, b.run[0].followed = 1, 0
+            return
     if b.own[0].steps % EVERY == 0:
         measure(program, r.state.q, b.state.q, r.extent, b.run, b.start, t + h)
     take_off_errors(r, b, h, weights, third)

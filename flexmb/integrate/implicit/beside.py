@@ -40,6 +40,8 @@ class BesideRun(Record):
     closes: int
     """1: there are loops to be closed"""
     steps: int
+    wild: int
+    """1: the distance has grown within a step by more than steps resolve"""
     moving: int
     """rates before those of first-order states, whose numbers have units of their own"""
 
@@ -91,6 +93,8 @@ class Beside(NamedTuple):
     """(nu + ng,) right-hand side"""
     state: State
     """of all bodies"""
+    free: Floats
+    """(nv,) 1 of rates that follow the equations of motion, 0 of those that drives prescribe: they have no errors"""
     start: Floats
     """(nq,) configuration from which motion is counted"""
     own: Annotated[np.ndarray, ArrayOf(BesideRun.dtype)]
@@ -105,9 +109,12 @@ def new_beside(system, unknowns, state, followed: bool) -> Beside:
     sizes = dict.fromkeys(("dx", "dk", "bx", "cx", "kx", "x", "y", "k", "x0", "x1", "dx1"), nx)
     sizes |= dict.fromkeys(("dv", "da", "bv", "cv", "kv", "v", "a", "v0", "a0", "dv1", "change"), nv)
     sizes |= {"dlam": ng, "lam": ng, "right": nu + ng}
+    free = np.ones(nv)
+    free[unknowns.chart.driven[:, 1]] = 0.0
     return Beside(
         **{name: np.zeros(size) for name, size in sizes.items()},
         state=system.state(state.t),
+        free=free,
         start=state.q.copy(),
         own=BesideRun.table(closes=int(unknowns.closes and ng > 0), moving=nv - int(np.sum(system.is_state))),
         run=new_gap(system, followed),
@@ -135,4 +142,4 @@ def carry(before: Beside, now: Beside) -> None:
 def known(beside: Beside) -> bool:
     """Could the distance be carried over nearly all steps?"""
     own = beside.own[0]
-    return bool(own["stiff"] <= MANY * max(own["steps"], 1))
+    return bool(own["stiff"] <= MANY * max(own["steps"], 1) and not own["wild"])

@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.integrate.implicit.stages import STAGES, WEIGHTS
 from flexmb.math.kernel import inner_kernel, kernel
 
-__all__ = ["take_off_errors"]
+__all__ = ["SEEN", "take_off_errors"]
 
 LINEAR = -8.463541666666567e-4
 """Error of a step of y' = f(y) by h^5 times the fifth derivative of y, for linear f."""
@@ -47,7 +47,7 @@ def _differ(weights, third, r, b, h):
         apart = 0.0
         for j in range(STAGES):
             apart += (weights[STAGES - 1, j] - third[j]) * r.A[j, i]
-        size += (h * apart) ** 2
+        size += b.free[i] * (h * apart) ** 2
     b.own[0].size = max(size, FADES * b.own[0].size)
     return b.own[0].size
 
@@ -60,7 +60,7 @@ def take_off_errors(r, b, h, weights, third):
         fifth = 0.0
         for j in range(STAGES):
             fifth += ALONE[j] * r.A[j, i]
-        b.change[i] = LINEAR * h * fifth
+        b.change[i] = b.free[i] * LINEAR * h * fifth
         if i < b.own[0].moving:
             size += b.change[i] ** 2
     low, high, most = BESIDE

@@ -21,8 +21,9 @@ ADDED_UP = "errors added up"
 UNKNOWN = "not estimated"
 """There, where an integrator does not tell."""
 TOO_LONG = (
-    "what the errors of steps add up to is not known: something swings, turns or dies away within less than a step, "
-    "which steps do not follow. If it matters to what you look at, give a smaller rtol or step; flexmb.verify compares"
+    "what the errors of steps add up to is not known: something swings, turns, grows or dies away within less than a "
+    "step, which steps do not follow. If it matters to what you look at, give a smaller rtol or step; flexmb.verify "
+    "compares"
 )
 
 
@@ -61,11 +62,12 @@ class AddedError:
             return []
         less = smaller(integrator)
         more = "and more later" if self.lost else "the most until something touched" if self.blind else "at the most"
+        until = " until then" if self.lost else ""
         return [
             f"{type(integrator).__name__}: the errors of its steps have added up to about {self.error:.2g} {self.unit} "
-            f"of {self.owner} at t = {self.t:.4g} s, {more}; that is {100.0 * self.share:.2g} % of the largest motion; "
-            f"expected: less than {100.0 * SHARE:g} %. Give {less}, or compare with another integrator; a motion "
-            "that lets small disturbances grow has no course that holds for long: see flexmb.verify."
+            f"of {self.owner} at t = {self.t:.4g} s, {more}; that is {100.0 * self.share:.2g} % of the largest motion"
+            f"{until}; expected: less than {100.0 * SHARE:g} %. Give {less}, or compare with another integrator; a "
+            "motion that lets small disturbances grow has no course that holds for long: see flexmb.verify."
         ]
 
     @property
