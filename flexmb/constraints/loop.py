@@ -24,7 +24,7 @@ from flexmb.constraints.measured_kernels import (
 )
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.plain_loops import knots_until
-from flexmb.math.switches import FORMULA, OF_LENGTHS, PIECE, PIECE_BEGIN, PIECE_END, UNKNOWN, switch_kernel
+from flexmb.math.switches import FORMULA, HELD, OF_LENGTHS, PIECE, PIECE_BEGIN, PIECE_END, UNKNOWN, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.table import Table
 
@@ -266,7 +266,7 @@ def switch(raw, data, state, work, out):
                     place[OF_LENGTHS - 1 + units[a]] += abs(by) * data[row.shares + a]
             place[FORMULA] = 1.0
             if kind < 0:  # a held value changes where this passes zero upwards
-                place[1], place[4], place[FORMULA], place[UNKNOWN] = -place[1], -place[4], 0.0, 0.0
+                place[1], place[4], place[FORMULA], place[UNKNOWN] = -place[1], -place[4], HELD, 0.0
             if abs(kind) == PIECE:
                 points = data[row.points + begin : row.points + begin + abs(count)]
                 _piece(place[1], points, count < 0, place)

@@ -34,7 +34,7 @@ from flexmb.system.projection import project
 __all__ = ["inverse_dynamics", "kinematics"]
 
 CLOSED = 1e-11
-"""Residual of the constraints at a sample, relative to the length of the assembly, or rad."""
+"""Residual of the constraints at a sample, relative to the largest body of an equation, or rad."""
 
 
 @inner_kernel
@@ -88,7 +88,7 @@ def _followed(system, start: State, times: np.ndarray, rows: dict[str, np.ndarra
     the workspace."""
     work, right, power = system.workspace(), np.zeros(system.nu + system.ng), np.zeros(3)
     state = start._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng))
-    settings = right, system.bounds(CLOSED), system.gaps, system.units, 12 if system.redundant else 2
+    settings = right, system.drift_bounds(CLOSED), system.gaps, system.units, 12 if system.redundant else 2
     reached, pace = 0, Patience(0.0)
     try:
         with Interruption() as interruption:

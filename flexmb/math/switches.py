@@ -33,6 +33,7 @@ __all__ = [
     "DISTANCE",
     "FORMULA",
     "GAP",
+    "HELD",
     "IDLE",
     "KINK",
     "OF_LENGTHS",
@@ -58,6 +59,8 @@ lengths, by angles and states, by speeds, and by rates of angles; ends of a piec
 """
 UNITLESS = 2.0
 """In the column `FORMULA`: a number whose unit nobody knows, located relative to the largest that it has been."""
+HELD = -1.0
+"""There: the same, at whose zero a value that blocks hold will change: no step goes on behind it."""
 COLUMNS = 28
 SWITCHES = void(array_type(BYTES), array_type(FLOATS), STATE, WORK, array_type(np.dtype(float), 2))
 """(rows, data, state, work, out): write the places of all rows of a kind, as evaluated last."""

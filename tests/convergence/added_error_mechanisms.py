@@ -5,8 +5,10 @@ Each entry is (model, time / s): rigid and elastic, driven and free, stiff, damp
 
 from __future__ import annotations
 
+import runpy
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from verification.mechanisms import four_bars
@@ -15,6 +17,7 @@ from verification.test_very_large_and_small import top
 import flexmb as fmb
 from flexmb import fem, reduction
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 Y = fmb.Pose.axes((0, 0, 0), x=(1, 0, 0), z=(0, 1, 0))
 """Axes of a hinge about y."""
 G = (0.0, 0.0, -9.81)
@@ -232,6 +235,11 @@ def rubbing() -> fmb.Model:
     )
 
 
+def snapping_strip() -> fmb.Model:
+    """An arched strip of spring steel that snaps to its other side under a push on its crown."""
+    return runpy.run_path(str(EXAMPLES / "snapping_strip.py"))["model"]("-4*t")
+
+
 def spinner() -> tuple[fmb.Model, float]:
     """A fast top of 5 cm, three turns of its spin."""
     model, _ = top(50e-3)
@@ -272,5 +280,6 @@ CASES = {
     "snapping roof": (toggle(), 3.0),
     "tumbling pair": (pair(), 20.0),
     "hinge with friction": (rubbing(), 5.0),
+    "snapping strip": (snapping_strip(), 0.6),
 }
 """By name, (model, time / s)."""

@@ -61,6 +61,18 @@ def test_a_relay_switches_where_its_limits_are_passed(integrator):
     assert set(np.round(solution["push"], 12)) == {-3.0, 3.0}
 
 
+@pytest.mark.parametrize("unit", [1e-9, 1e9])
+@pytest.mark.parametrize("integrator", EVERY, ids=repr)
+def test_the_unit_of_what_a_relay_reads_says_nothing(integrator, unit):
+    """Places in nanometres or gigametres: it switches at the same times, in closed form.
+
+    They were located as metres: of numbers of 1e9 `Explicit` came to no end.
+    """
+    relay = fmb.Relay(unit * X, limits=(-0.1 * unit, 0.1 * unit), values=(3.0, -3.0), name="relay")
+    solution = fmb.simulate(rail(relay), t_end=2.0, samples=201, integrator=integrator)
+    assert solution["x"] == pytest.approx(parabolas(solution.t), abs=2e-11)
+
+
 def test_a_stepper_and_a_resumed_run_switch_alike():
     model, whole = bang_bang(), parabolas(np.array([2.0]))[0]
     half = fmb.simulate(model, t_end=1.0, integrator=FINE)

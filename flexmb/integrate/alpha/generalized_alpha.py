@@ -87,7 +87,7 @@ class GeneralizedAlpha(metaclass=Described):
         Largest step size; default a twentieth of the simulated time.
     follow_errors : bool
         Whether the run tells what the errors of its steps add up to. A second motion without them runs beside, which
-        takes a quarter more time, of fixed steps half as much again; leave it out where time counts, as in a loop with
+        takes a sixth to two fifths more time, of fixed steps more; leave it out where time counts, as in a loop with
         hardware.
 
     Source: Arnold & Brüls 2007, eqs. 4-9; Brüls, Cardona & Arnold 2012, section 4.

@@ -39,7 +39,7 @@ SETTLED = 1e-10
 """Change of the velocities in an iteration, relative to them, at which it ends."""
 ITERATIONS = 20
 CLOSED = 1e-10
-"""What joints may be open at the end of a step, relative to their lengths."""
+"""What joints may be open at the end of a step, relative to the largest body of an equation."""
 CLOSINGS = 12
 HALF = 0.5
 """Penetration, relative to the same, that a step never exceeds: thin surfaces shorten it."""
@@ -238,7 +238,7 @@ class Stepper:
         """Return positions with closed joints and without penetration, and velocities that the joints permit."""
         system, program, work = self.system, self.system.program, self.work
         right, t = np.zeros(system.nu + system.ng), self.t + h
-        bounds = CLOSED * system.lengths.equations if system.ng else np.zeros(0)
+        bounds = system.drift_bounds(CLOSED) if system.ng else np.zeros(0)
         for turn_ in range(CLOSINGS):
             self._place(t, q, u)
             open_equations(program, work, self._body(q, u), right, False)

@@ -7,7 +7,18 @@ import numpy as np
 from flexmb.integrate.runs.gaps_in_steps import first_change
 from flexmb.math.impact_steps import LONGEST
 from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.switches import CROSSING, FORMULA, KINK, OF_LENGTHS, PIECE, PIECE_BEGIN, PIECE_END, UNITLESS, UNKNOWN
+from flexmb.math.switches import (
+    CROSSING,
+    FORMULA,
+    HELD,
+    KINK,
+    OF_LENGTHS,
+    PIECE,
+    PIECE_BEGIN,
+    PIECE_END,
+    UNITLESS,
+    UNKNOWN,
+)
 
 __all__ = ["crossed", "formula_changed", "left_piece"]
 
@@ -29,7 +40,7 @@ def _precision(a, b, span, limits, h):
     """Return how near to its kink a number is to come, and up to where a kink does not matter at all."""
     if a[FORMULA] == 0.0:
         return limits[0].floor, 0.0
-    if a[FORMULA] == UNITLESS:
+    if a[FORMULA] == UNITLESS or a[FORMULA] == HELD:
         return limits[0].share * max(span, abs(a[1]), abs(b[1])), 0.0
     places, speeds = _unfelt(a, limits, h)
     level = limits[0].share * max(span, abs(b[1] - a[1]))

@@ -12,7 +12,7 @@ from flexmb.math.impact_steps import SLOWLY
 from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.plain_loops import copy_into
 from flexmb.math.structures import numba_type
-from flexmb.math.switches import CROSSING, DISTANCE, FORMULA, GAP, KINK, PIECE, SLIP, TURN, TURN_GAP, UNITLESS
+from flexmb.math.switches import CROSSING, DISTANCE, FORMULA, GAP, HELD, KINK, PIECE, SLIP, TURN, TURN_GAP, UNITLESS
 from flexmb.math.tables import NUMBER
 
 __all__ = ["BENT", "JUMPED", "SAME", "keep_switches"]
@@ -70,6 +70,8 @@ def keep_switches(sw, h):
             elif a[0] == SLIP:
                 sw.touched[n] += abs(b[4] - a[4]) + abs(b[5] - a[5]) + abs(b[6] - a[6])
             else:
+                if a[FORMULA] == HELD and (a[0] == CROSSING or a[0] == KINK or a[0] == PIECE):
+                    sw.spans[n] = max(sw.spans[n], abs(a[1]), abs(b[1]))
                 g0, g1 = gap_at(a, b, h, 0.0)[0], gap_at(a, b, h, 1.0)[0]
                 change = abs(rate_of_gap(b) - rate_of_gap(a))
                 speed, fastest = max(abs(rate_of_gap(a)), abs(rate_of_gap(b))), max(a[8], b[8])
