@@ -48,10 +48,15 @@ def check_file(path: Path, title: str) -> None:
     except (OSError, ValueError):  # there is none, or no system can have such a name
         regular, size = False, 0
     if not regular or size > BYTES:
-        held = sorted(p.name for p in path.parent.iterdir()) if path.parent.is_dir() else []
+        held = sorted(p.name for p in path.parent.iterdir() if p.is_file()) if path.parent.is_dir() else []
+        there = "is a folder" if path.is_dir() else "is no regular file" if path.exists() else ""
         raise ModelError(
             title,
-            found=f"the file '{path.name}' has {size} bytes" if regular else f"there is no file '{path.name}'",
+            found=f"the file '{path.name}' has {size} bytes"
+            if regular
+            else f"'{path.name}' {there}"
+            if there
+            else f"there is no file '{path.name}'",
             expected="a mesh or deck beside the model file",
             remedy=did_you_mean(path.name, held) or "Correct the name; it is relative to the model file",
         )

@@ -175,7 +175,11 @@ def _eigenvectors(
             found=f"an interface motion without mass, largest at {body.fe.node_name(node)}",
             expected="mass behind every interface freedom",
             remedy="Give this region a density, a lumped mass or inertia (fem.with_mass), or take the interface away"
-            + ("; lumped masses of a deck have no inertia: fem.read_deck(..., lumped=False), --consistent-mass" * deck),
+            + (
+                "; lumped masses of a deck have no inertia: fem.read_deck(..., lumped=False), --consistent-mass, of a "
+                "part in a model file lumped = false"
+            )
+            * deck,
         )
     order = np.argsort(mu)[::-1]
     return 1.0 / mu[order], admissible @ (scale[:, None] * y[:, order] / np.sqrt(mu[order]))

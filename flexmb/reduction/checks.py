@@ -63,6 +63,13 @@ def check_connected(fe: FEModel, couplings: Sequence[Coupling]) -> None:
         )
 
 
+ABOUT_A_LINE = (
+    "Bars and beams of a deck have no inertia about their own line: add masses with inertia at their nodes, "
+    "Mass(at=[...], mass=0.0, inertia=(Ixx, Iyy, Izz)), or in the deck"
+)
+"""What to do where a body has mass, but all of it on one line."""
+
+
 def check_mass(fe: FEModel, rigid_mass: np.ndarray, motions: np.ndarray) -> None:
     bad = np.flatnonzero(~(np.diag(rigid_mass) > 0.0))
     if len(bad) or np.linalg.eigvalsh(_unit_diagonal(rigid_mass)).min(initial=1.0) < 1e-12:
@@ -71,7 +78,9 @@ def check_mass(fe: FEModel, rigid_mass: np.ndarray, motions: np.ndarray) -> None
             f"FE model '{fe.name}'",
             found=f"no mass resists rigid motion in {where}",
             expected="a mass matrix that is positive for every rigid motion",
-            remedy="Give the material a density or add lumped masses; check that M is not empty",
+            remedy=ABOUT_A_LINE
+            if len(bad) and motions[bad[0]] >= 3 and np.all(np.diag(rigid_mass)[motions < 3] > 0.0)
+            else "Give the material a density or add lumped masses; check that M is not empty",
         )
 
 

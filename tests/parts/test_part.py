@@ -14,7 +14,7 @@ import pytest
 
 import flexmb as fmb
 from flexmb import fem, parts, reduction
-from flexmb.errors import FlexmbError, ModelError
+from flexmb.errors import FlexmbError, ModelError, ReductionError
 
 BAR = fem.Section.rectangle(0.02, 0.01)
 
@@ -266,6 +266,7 @@ def test_a_disk_that_fills_during_the_write(folder):
     process.join()
     assert (n_modes, made) == (10, 1)
     assert "could not be kept" in troubles[0]
+    assert "FLEXMB_BODIES" in troubles[0]
     assert "File too large" in troubles[0]
     assert not list(folder.iterdir())
     assert counted(beam())[1:] == (1, 0)
@@ -365,3 +366,39 @@ def test_stress_of_a_part_of_beams_is_refused():
         fmb.ModelError, match=r"body 'jib', whose elements are beams, rods or springs: none gives stress"
     ):
         fmb.check(fmb.Model(bodies=[fmb.Ground(), body], sensors=[fmb.Stress("s", body="jib")]))
+
+
+BARS = "\n".join(
+    [
+        "BEGIN BULK",
+        "MAT1,1,7.+10,,0.33,2700.",
+        "PBARL,1,1,,ROD",
+        "+,.01",
+        *(f"GRID,{k + 1},,{0.1 * k:.1f},0.,0." for k in range(4)),
+        *(f"CBAR,{k},1,{k},{k + 1},0.,0.,1." for k in range(1, 4)),
+        "ENDDATA",
+    ]
+)
+
+
+def test_a_deck_of_bars_is_told_what_it_lacks(tmp_path):
+    """Bars of Nastran have no inertia about their line; with it the part has its mass, pi r^2 L rho."""
+    (tmp_path / "bars.bdf").write_text(BARS)
+    given = {"name": "bars", "deck": tmp_path / "bars.bdf", "units": "m, kg, s", "modes": 0, "compare": 0}
+    given["interfaces"] = {"a": "node 1", "b": "node 4"}
+    with pytest.raises(ReductionError, match=r"no mass resists rigid motion in rotation x.*own line.*inertia=\(Ixx"):
+        parts.Part(**given).reduced()
+    ends = parts.Mass(at=[0], mass=0.0, inertia=(1e-6, 1e-12, 1e-12))
+    with pytest.raises(
+        ReductionError, match=r"an interface motion without mass.*of a part in a model file lumped = false"
+    ):
+        parts.Part(**given, masses=[ends]).reduced()
+    every = parts.Mass(at=[0, 1, 2, 3], mass=0.0, inertia=(1e-6, 1e-12, 1e-12))
+    data = parts.Part(**given, masses=[every]).reduced()
+    assert data.mass == pytest.approx(np.pi * 1e-4 * 0.3 * 2700.0, rel=1e-6)
+
+
+def test_a_folder_is_no_deck(tmp_path):
+    (tmp_path / "flap.bdf").mkdir()
+    with pytest.raises(ModelError, match=r"'flap.bdf' is a folder\. Expected: a mesh or deck.*Correct the name"):
+        parts.Part(name="flap", deck=tmp_path / "flap.bdf", interfaces="all")
