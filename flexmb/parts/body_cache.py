@@ -98,10 +98,10 @@ def kept(name: str, recipe: dict[str, Any], make: Callable[[], ModalNeutralData]
                 save(data, path, [(category.__name__, text) for category, text in dict.fromkeys(told)], key)
                 _trim(path)
             except (DataFileError, OSError) as error:
-                found = error.found if isinstance(error, DataFileError) else str(error)
+                why = error.found if isinstance(error, DataFileError) else str(error)
                 tell_trouble(
                     name,
-                    f"it could not be kept for the next time in {path.parent}: {found}. Free space, for one by flexmb "
+                    f"it could not be kept for the next time in {path.parent}: {why}. Free space, for one by flexmb "
                     "cache --clear, or let FLEXMB_BODIES name another folder",
                 )
         tell_made(name, time.perf_counter() - began)
