@@ -206,3 +206,35 @@ PIN = {"name": "pin", "at": (0.05, 0.05), "diameter": 0.03}
 
 def plate(*bores):
     return parts.Extrusion.plate(length=0.2, width=0.1, thickness=0.01, bores=bores, material="steel", size=0.02)
+
+
+STRIP = "*NODE\n" + "".join(f"{2 * i + j + 1},{0.1 * i},{0.1 * j},0\n" for i in range(11) for j in range(2))
+STRIP += "*ELEMENT,TYPE=S4,ELSET=all\n" + "".join(
+    f"{i + 1},{2 * i + 1},{2 * i + 3},{2 * i + 4},{2 * i + 2}\n" for i in range(10)
+)
+STRIP += "*NSET,NSET=root\n1,2\n*NSET,NSET=tip\n21,22\n"
+
+
+@pytest.mark.parametrize("side", [1.0, 0.0, -1.0])
+def test_side_of_the_stress_of_a_mesh(tmp_path, side):
+    """A cantilever strip, a force at its tip: the faces carry +-6 F (L - x)/(b t^2), the middle nothing."""
+    (tmp_path / "strip.inp").write_text(STRIP)
+    material = fmb.Material(young=70e9, poisson=0.0, density=2700.0)
+    mesh = parts.MeshFile(file=tmp_path / "strip.inp", material=material, thickness=0.01, stress_side=side)
+    part = parts.Part(name="strip", pieces=[mesh], interfaces={"root": "root", "tip": "tip"}, modes=2, compare=0)
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"r": (0, 0.05, 0)}), fmb.FloatingBody("strip", data=part.reduced())],
+        joints=[fmb.Fixed("root", markers=("ground.r", "strip.root"))],
+        forces=[fmb.PointLoad("tip", marker="strip.tip", force=(0, 0, -1.0))],
+        sensors=[fmb.Stress("s", body="strip", node=10, component="xx")],
+    )
+    found = np.ravel(fmb.statics(model)["s"])[-1]
+    assert found == pytest.approx(side * 6.0 * 0.5 / (0.1 * 0.01**2), rel=1e-4, abs=1.0)
+
+
+def test_sides_are_of_shells(tmp_path):
+    (tmp_path / "strip.inp").write_text(STRIP)
+    with pytest.raises(fmb.errors.ModelError, match=r"stress_side = 1 of solids.*Remove stress_side"):
+        parts.MeshFile(file=tmp_path / "strip.inp", material="steel", stress_side=1)
+    with pytest.raises(fmb.errors.ModelError, match=r"stress_side = 2\. Expected: -1"):
+        parts.MeshFile(file=tmp_path / "strip.inp", material="steel", thickness=0.01, stress_side=2)
