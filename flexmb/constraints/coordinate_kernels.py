@@ -26,6 +26,7 @@ __all__ = [
     "joint_coordinate",
     "measure",
     "second_rate",
+    "turn_or_length",
 ]
 
 
@@ -72,6 +73,25 @@ def measure(c, state, work, g):
             g[i] = -g[6 + i]
     rate = dot(g[0:3], a.v) + dot(g[3:6], a.w) + dot(g[6:9], b.v) + dot(g[9:12], b.w)
     return x, rate
+
+
+@kernel
+def turn_or_length(c, state, work):
+    """Return the coordinate alone, see `measure`: without memory of its own, for what reads it in every evaluation."""
+    a, b = work.markers[c.a], work.markers[c.b]
+    if c.kind == TURN:
+        e = b.R[:, c.axis]
+        x = c.sign * np.arctan2(dot(a.R[:, 1], e), dot(a.R[:, 0], e))
+        if c.branch >= 0:
+            near = state.q[len(state.q) - len(work.branches) + c.branch]
+            x += 2.0 * np.pi * np.round((near - x) / (2.0 * np.pi))
+            work.branches[c.branch] = x
+        return x
+    x, y, z = b.r[0] - a.r[0], b.r[1] - a.r[1], b.r[2] - a.r[2]
+    if c.kind == SLIDE:
+        n = a.R[:, c.axis]
+        return c.sign * (n[0] * x + n[1] * y + n[2] * z)
+    return max((x * x + y * y + z * z) ** 0.5, 1e-150)
 
 
 @row_kernel

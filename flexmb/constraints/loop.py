@@ -4,6 +4,9 @@ All such signals of a model, and the rates of the states of its blocks, are one 
 atoms) and runs programs, each of which may read atoms and the results of programs before it. The derivatives of all
 results by the atoms follow by the chain rule from the jets of the programs, eq. (loop-gradient). A force that follows a
 signal tells in `work.channels` how its wrench on a marker changes with the signal.
+
+What an evaluation measures stands behind the Jacobians, the last numbers of `work.J`. Kernels here only borrow arrays
+(`flexmb.math.borrowing`): a controller of twenty blocks is evaluated in a microsecond, as long as ten arrays take.
 """
 
 from __future__ import annotations
@@ -12,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.constraints.loop_values import by_atoms, integers, program_values
+from flexmb.constraints.coordinate_kernels import measure, turn_or_length
+from flexmb.constraints.loop_values import gradients, program_values
 from flexmb.constraints.measured_kernels import (
     ACCELERATION,
     MEASURED,
@@ -23,17 +27,19 @@ from flexmb.constraints.measured_kernels import (
     measure_scalar,
 )
 from flexmb.math.kernel import inner_kernel
+from flexmb.math.operations import STACK
 from flexmb.math.plain_loops import knots_until
 from flexmb.math.switches import FORMULA, HELD, OF_LENGTHS, PIECE, PIECE_BEGIN, PIECE_END, UNKNOWN, switch_kernel
 from flexmb.math.tables import row_kernel
 from flexmb.model.table import Table
 
-__all__ = ["LOOP", "LOOP_TANGENT", "OF_ATOM", "words"]
+__all__ = ["LOOP", "LOOP_TANGENT", "kept_places", "words"]
 
 ROW = np.dtype(
     [
         ("n_atoms", np.int64),
         ("atoms", np.int64),  # where their rows begin in the bulk data
+        ("sorts", np.int64),  # POSITION, ... of each
         ("n", np.int64),  # number of programs
         ("n_used", np.int64),  # of those before what only tells kinks
         ("programs", np.int64),  # first operation of each in ops, and the end
@@ -52,13 +58,22 @@ ROW = np.dtype(
         ("constants", np.int64),  # its constant
         ("factors", np.int64),  # the number of every input that programs read
         ("addresses", np.int64),  # C functions in the place of programs, or 0
+        ("reads", np.int64),  # atoms on which each program depends, by way of others too
+        ("read_starts", np.int64),  # first of each program, and the end
+        ("n_reads", np.int64),
+        ("chain", np.int64),  # derivative that grows, derivative of a program by an input, that of the input by an atom
+        ("n_chain", np.int64),
+        ("n_chain_used", np.int64),  # of the programs that act
         ("n_outputs", np.int64),
         ("outputs", np.int64),  # program, signal
-        ("n_acts", np.int64),  # what programs act on: rates of states, then forces by channels
         ("n_rates", np.int64),
-        ("acts", np.int64),  # program, marker, component or channel, first block, end of blocks
-        ("blocks", np.int64),  # leg, pair, 1 if both markers of the pair are one
-        ("n_legs", np.int64),
+        ("rates", np.int64),  # program, marker, component: rates of states
+        ("n_own", np.int64),
+        ("own", np.int64),  # derivative of a rate by a state, and its place in the iteration matrix
+        ("n_acts", np.int64),  # what else programs act on
+        ("acts", np.int64),  # marker, component of the rate of a state or -1, channel of a force, end of its blocks
+        ("blocks", np.int64),  # marker, first place in the iteration matrix among work.pair_rows, end of its terms
+        ("terms", np.int64),  # derivative of a program by an atom, that atom, 1 if by its second marker
         ("implicit", np.int64),  # 1: signals follow accelerations
         ("n_held", np.int64),
         ("held", np.int64),  # branches that hold values
@@ -67,50 +82,88 @@ ROW = np.dtype(
         ("points", np.int64),  # of tables whose pieces are left; as many as are counted, or less than zero: periodic
         ("units", np.int64),  # 1 to 4: lengths, angles and states, speeds, rates of angles; 0: another atom
         ("shares", np.int64),  # size of an atom in this unit
-        ("scratch", np.int64),  # first channel of those that keep what is measured for the derivatives
+        # what is kept of an evaluation, from its first number on: values of atoms and programs, then these
+        ("by", np.int64),  # derivatives of programs by their inputs
+        ("paces", np.int64),  # rates of atoms
+        ("push", np.int64),  # 12 numbers of each atom
+        ("slope", np.int64),
+        ("gradient", np.int64),  # 1, then the derivatives of programs by the atoms that they read
+        ("stack", np.int64),  # scratch of programs: values, their derivatives, an answer
+        ("parts", np.int64),
+        ("answer", np.int64),
+        ("scratch", np.int64),  # of the matrix: 6 numbers, a column, a row
+        ("size", np.int64),  # of all this
     ],
     align=True,
 )
 WORDS = MEASURED.itemsize // 8
-_STATE = WHATS.index("state")
-OF_ATOM = 27
-"""Numbers kept of an atom: value, rate, sort, push and slope. Of a program its value is kept, and its derivatives."""
+_COORDINATE, _PLACE, _VELOCITY = (WHATS.index(what) for what in ("coordinate", "place", "velocity"))
+_SIGNAL, _STATE, _HELD = (WHATS.index(what) for what in ("signal", "state", "held"))
 
 
-@inner_kernel
-def _values(row, data, state, work, count, wanted, kept):
-    """Measure the atoms, and write the values of `count` programs behind them, if wanted with their derivatives."""
-    z, rates, sorts, push, slope, by = kept
-    atoms, jet = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED), np.empty(3)
-    for k in range(row.n_atoms):
-        if atoms[k].what == _STATE:  # most atoms are: without a call
-            at, marker = atoms[k].axis, work.markers[atoms[k].b]
-            z[k], rates[k], sorts[k] = marker.v[at] if at < 3 else marker.w[at - 3], 0.0, VELOCITY
-            if wanted == 1:
-                push[k], slope[k] = 0.0, 0.0
-                push[k, 6 + at] = 1.0
-            continue
-        sorts[k] = measure_scalar(atoms[k], state, work, jet, push[k], slope[k])
-        z[k], rates[k] = jet[0], jet[1]
-    program_values(row, data, state.t, count, wanted, z, by)
+def kept_places(n_atoms: int, n: int, n_uses: int, n_reads: int, width: int, most: int = 0) -> dict[str, int]:
+    """Return where an evaluation keeps its numbers, as fields of the row.
 
-
-@inner_kernel
-def _divided(row, place):
-    """Return what is kept of an evaluation as parts of a place: values of atoms and programs, rates, sorts, pushes and
-    slopes of atoms, derivatives of programs by their inputs.
+    Parameters
+    ----------
+    n_atoms, n, n_uses, n_reads, width : int
+        As in the row; `n` programs.
+    most : int
+        Velocities that move a marker, at most.
     """
-    a, n = row.n_atoms, row.n
-    z, rest = place[: a + n], place[a + n :]
-    rates, sorts = rest[:a], rest[a : 2 * a].view(np.int64)
-    push, slope = rest[2 * a : 14 * a].reshape((a, 12)), rest[14 * a : 26 * a].reshape((a, 12))
-    return z, rates, sorts, push, slope, rest[26 * a :]
+    sizes = {
+        "by": n_uses,
+        "paces": n_atoms,
+        "push": 12 * n_atoms,
+        "slope": 12 * n_atoms,
+        "gradient": 1 + n_reads,
+        "stack": STACK,
+        "parts": STACK * max(1, width),
+        "answer": 1 + width,
+        "scratch": 6 + 2 * most,
+    }
+    places = np.cumsum([n_atoms + n, *sizes.values()]).tolist()
+    return dict(zip([*sizes, "size"], places, strict=True))
 
 
 @inner_kernel
-def _kept(row, work):
-    """Return where an evaluation keeps its values for the derivatives."""
-    return _divided(row, work.channels.reshape(-1)[6 * row.scratch :])
+def _value(z, state, work):
+    """Return the value of an atom where it takes no derivatives to tell it, and if it does."""
+    if z.what == _STATE:  # most atoms are
+        marker = work.markers[z.b]
+        return marker.v[z.axis] if z.axis < 3 else marker.w[z.axis - 3], True
+    if z.what == _COORDINATE and z.rate == 0:
+        return turn_or_length(z.c, state, work), True
+    if z.what == _HELD:
+        return state.q[len(state.q) - len(work.branches) + z.signal], True
+    if z.what == _SIGNAL:
+        return state.signals[z.signal, z.rate], True
+    if z.what == _PLACE and z.rate == 0:
+        return work.markers[z.b].r[z.axis], True
+    if z.what == _VELOCITY and z.a < 0:
+        return work.markers[z.b].v[z.axis], True
+    return 0.0, False
+
+
+@inner_kernel
+def _values(row, data, state, work, count, wanted, place):
+    """Measure the atoms, and write the values of `count` programs behind them, if wanted with their derivatives."""
+    atoms, jet = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED), place[row.scratch : row.scratch + 3]
+    for k in range(row.n_atoms):
+        z = atoms[k]
+        push, slope = place[row.push + 12 * k :][:12], place[row.slope + 12 * k :][:12]
+        if wanted == 0 or z.what == _STATE:
+            x, known = _value(z, state, work)
+            if known:
+                place[k], place[row.paces + k] = x, 0.0
+                continue
+            if z.what == _COORDINATE:
+                x, rate = measure(z.c, state, work, push)
+                place[k] = rate
+                continue
+        measure_scalar(z, state, work, jet, push, slope)
+        place[k], place[row.paces + k] = jet[0], jet[1]
+    program_values(row, data, state.t, count, wanted, place)
 
 
 @row_kernel
@@ -119,58 +172,66 @@ def sample(raw, data, state, work):
     rows = raw.view(ROW)
     for m in range(rows.shape[0]):
         row = rows[m]
-        kept = _kept(row, work)
-        _values(row, data, state, work, row.n_used, work.weights[0].wanted, kept)
-        z = kept[0]
-        outputs = integers(data, row.outputs, 2 * row.n_outputs)
+        place = work.J[len(work.J) - row.size :]
+        _values(row, data, state, work, row.n_used, work.weights[0].wanted, place)
+        outputs = data[row.outputs : row.outputs + 2 * row.n_outputs].view(np.int64)
         for k in range(row.n_outputs):
-            to = state.signals[outputs[2 * k + 1]]
-            to[0], to[1], to[2] = z[row.n_atoms + outputs[2 * k]], 0.0, 0.0
-        acts = integers(data, row.acts, 5 * row.n_rates)
+            to = outputs[2 * k + 1]
+            state.signals[to, 0], state.signals[to, 1] = place[row.n_atoms + outputs[2 * k]], 0.0
+            state.signals[to, 2] = 0.0
+        acts = data[row.rates : row.rates + 3 * row.n_rates].view(np.int64)
         for k in range(row.n_rates):
-            work.markers[acts[5 * k + 1]].wrench[acts[5 * k + 2]] += z[row.n_atoms + acts[5 * k]]
-        held = integers(data, row.held, row.n_held)
+            work.markers[acts[3 * k + 1]].wrench[acts[3 * k + 2]] += place[row.n_atoms + acts[3 * k]]
+        held = data[row.held : row.held + row.n_held].view(np.int64)
         for k in range(row.n_held):  # a step leaves them as they are
             work.branches[held[k]] = state.q[len(state.q) - len(work.branches) + held[k]]
 
 
 @inner_kernel
-def _spread(z, x, p, out):
-    """Add x p of a scalar's 12 components to the legs, `out` (n_legs, 6)."""
+def _by_twist(row, data, weights, place, first, last, by):
+    """Write to `by` (6,) how what a program acts on changes with the twist of a marker, by the terms [first, last)."""
+    terms = data[row.terms + 3 * first : row.terms + 3 * last].view(np.int64)
+    sorts = data[row.sorts : row.sorts + row.n_atoms].view(np.int64)
+    atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
+    used = False
     for i in range(6):
-        if z.leg_a >= 0:
-            out[z.leg_a, i] += x * p[i]
-        if z.leg_b >= 0:
-            out[z.leg_b, i] += x * p[6 + i]
+        by[i] = 0.0
+    for k in range(last - first):
+        x, a, second = place[row.gradient + terms[3 * k]], terms[3 * k + 1], terms[3 * k + 2]
+        if x == 0.0:
+            continue
+        used = True
+        if atoms[a].what == _STATE:  # one number
+            by[atoms[a].axis] += weights.damping * x
+            continue
+        if sorts[a] == ACCELERATION and second == 1:
+            by[atoms[a].axis] += weights.mass * x
+        push, slope = place[row.push + 12 * a + 6 * second :][:6], place[row.slope + 12 * a + 6 * second :][:6]
+        if sorts[a] == POSITION:
+            for i in range(6):
+                by[i] += weights.stiffness * x * push[i]
+        elif sorts[a] == VELOCITY or sorts[a] == ACCELERATION:
+            for i in range(6):
+                by[i] += weights.stiffness * x * slope[i] + weights.damping * x * push[i]
+    return used
 
 
 @inner_kernel
-def _add_to_matrix(pair, same, wrench, component, by, column, work):
-    """Subtract a wrench (or one component of it) times derivatives by a leg, `by` (6,), from the iteration matrix.
+def _add_to_matrix(work, a, b, start, by, column, along):
+    """Subtract a wrench on marker a times its derivatives by the twist of marker b from the iteration matrix.
 
-    It is a product of two vectors, so it goes there without a matrix between markers; `column` is scratch.
+    It is a product of two vectors: `along` (nu of a,), the wrench along the velocities, and `by` (6,). `column` is
+    scratch.
     """
-    a, b = work.markers[pair.a], work.markers[pair.b]
-    if a.nu == 0 or b.nu == 0:
-        return
-    blocks, used = b.nu // b.width, False
-    start = pair.iS + (0 if same else a.nu * (a.nu // a.width))
+    blocks = b.nu // b.width
+    for j in range(b.nu):
+        column[j] = 0.0
     for m in range(6):
         if by[m] != 0.0:
-            if not used:
-                column[: b.nu] = 0.0
-                used = True
             for j in range(b.nu):
                 column[j] += by[m] * work.J[b.iJ + m * b.nu + j]
-    if not used:
-        return
     for i in range(a.nu):
-        x = 0.0
-        if component >= 0:
-            x = work.J[a.iJ + component * a.nu + i]
-        else:
-            for k in range(6):
-                x += wrench[k] * work.J[a.iJ + k * a.nu + i]
+        x = along[i]
         if x != 0.0:
             for n in range(blocks):
                 at = work.pair_rows[start + i * blocks + n]
@@ -190,36 +251,33 @@ def tangent(raw, data, state, work):
         row = rows[m]
         if not moving and (row.implicit == 0 or weights.mass == 0.0):
             continue
-        _, _, sorts, push, slope, by_inputs = _kept(row, work)  # as `sample` has left them in this evaluation
-        atoms = data[row.atoms : row.atoms + row.n_atoms * WORDS].view(MEASURED)
-        gradients = by_atoms(row, data, row.n_used, by_inputs)
-        acts = integers(data, row.acts, 5 * row.n_acts)
-        blocks = integers(data, row.blocks, 3 * acts[5 * row.n_acts - 1] if row.n_acts > 0 else 0)
-        none, by, column = np.zeros(6), np.empty((row.n_legs, 6)), np.empty(len(state.u))
+        place = work.J[len(work.J) - row.size :]  # as `sample` has left it in this evaluation
+        gradients(row, data, row.n_chain_used, place)
+        own = data[row.own : row.own + 2 * row.n_own].view(np.int64)
+        for k in range(row.n_own):
+            work.S[own[2 * k + 1]] -= weights.damping * place[row.gradient + own[2 * k]]
+        acts = data[row.acts : row.acts + 4 * row.n_acts].view(np.int64)
+        blocks = data[row.blocks : row.blocks + 3 * (acts[4 * row.n_acts - 1] if row.n_acts > 0 else 0)].view(np.int64)
+        half = row.scratch + 6 + (row.size - row.scratch - 6) // 2
+        by, column, along = place[row.scratch : row.scratch + 6], place[row.scratch + 6 : half], place[half:]
+        block, term = 0, 0
         for k in range(row.n_acts):
-            act = acts[5 * k : 5 * k + 5]
-            for b in range(act[3], act[4]):
-                by[blocks[3 * b]] = 0.0
-            for a in range(row.n_atoms):
-                x = gradients[act[0], a if atoms[a].source < 0 else atoms[a].source]
-                if x == 0.0:
-                    continue
-                if atoms[a].what == _STATE:  # most are: one number
-                    by[atoms[a].leg_b, atoms[a].axis] += weights.damping * x
-                    continue
-                if sorts[a] == ACCELERATION and atoms[a].leg_b >= 0:
-                    by[atoms[a].leg_b, atoms[a].axis] += weights.mass * x
-                if sorts[a] == POSITION:
-                    _spread(atoms[a], weights.stiffness * x, push[a], by)
-                elif sorts[a] == VELOCITY or sorts[a] == ACCELERATION:
-                    _spread(atoms[a], weights.stiffness * x, slope[a], by)
-                    _spread(atoms[a], weights.damping * x, push[a], by)
-            rate = k < row.n_rates
-            wrench = none if rate else work.channels[act[2]]
-            for b in range(act[3], act[4]):
-                leg, pair = blocks[3 * b], work.pairs[blocks[3 * b + 1]]
-                same = blocks[3 * b + 2] == 1
-                _add_to_matrix(pair, same, wrench, act[2] if rate else -1, by[leg], column, work)
+            component, channel = acts[4 * k + 1], acts[4 * k + 2]
+            a = work.markers[acts[4 * k]]
+            for i in range(a.nu):
+                if component >= 0:
+                    along[i] = work.J[a.iJ + component * a.nu + i]
+                else:
+                    along[i] = 0.0
+                    for j in range(6):
+                        along[i] += work.channels[channel, j] * work.J[a.iJ + j * a.nu + i]
+            while block < acts[4 * k + 3]:
+                last = blocks[3 * block + 2]
+                b = work.markers[blocks[3 * block]]
+                if _by_twist(row, data, weights, place, term, last, by):
+                    _add_to_matrix(work, a, b, blocks[3 * block + 1], by, column, along)
+                term = last
+                block += 1
 
 
 @inner_kernel
@@ -244,22 +302,25 @@ def switch(raw, data, state, work, out):
         row = rows[m]
         if row.n_kinks == 0:
             continue
-        kept = _divided(row, np.empty(OF_ATOM * row.n_atoms + row.n + row.n_uses))  # those of the step are kept
+        kept = np.empty(row.size)  # what the step has kept stays
         _values(row, data, state, work, row.n, 1, kept)
-        z, rates, sorts = kept[:3]
-        gradients = by_atoms(row, data, row.n, kept[5])
-        kinks, units = integers(data, row.kinks, 4 * row.n_kinks), integers(data, row.units, row.n_atoms)
+        gradients(row, data, row.n_chain, kept)
+        kinks = data[row.kinks : row.kinks + 4 * row.n_kinks].view(np.int64)
+        sorts = data[row.sorts : row.sorts + row.n_atoms].view(np.int64)
+        units = data[row.units : row.units + row.n_atoms].view(np.int64)
+        starts = data[row.read_starts : row.read_starts + row.n + 1].view(np.int64)
+        reads = data[row.reads : row.reads + row.n_reads].view(np.int64)
         for k in range(row.n_kinks):
             slot, kind, begin, count = kinks[4 * k], kinks[4 * k + 1], kinks[4 * k + 2], kinks[4 * k + 3]
             place = out[first + k]
             place[:] = 0.0
-            place[0], place[1], place[9] = abs(kind), z[row.n_atoms + slot], 1.0
-            for a in range(row.n_atoms):
-                by = gradients[slot, a]
+            place[0], place[1], place[9] = abs(kind), kept[row.n_atoms + slot], 1.0
+            for r in range(starts[slot], starts[slot + 1]):
+                a, by = reads[r], kept[row.gradient + 1 + r]
                 if by == 0.0:
                     continue
                 if sorts[a] == POSITION or sorts[a] == SIGNAL:
-                    place[4] += by * rates[a]
+                    place[4] += by * kept[row.paces + a]
                 else:
                     place[UNKNOWN] = 1.0
                 if units[a] > 0:

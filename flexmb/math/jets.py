@@ -23,7 +23,7 @@ from flexmb.math.plain_loops import copy_into, knots_until
 from flexmb.math.structures import Floats, Integers, array_type, numba_type, structure
 from flexmb.math.tables import FLOATS, NUMBER
 
-__all__ = ["SignalCode", "interpolate", "run_program", "sample_signals"]
+__all__ = ["SignalCode", "interpolate", "of_one_value", "of_two_values", "run_program", "sample_signals"]
 
 
 @structure
@@ -231,6 +231,31 @@ def _over_two(a, a1, a2, b, b1, b2, table):
     interpolate_grid(a, b, table, d)
     second = d[3] * a1 * a1 + 2.0 * d[4] * a1 * b1 + d[5] * b1 * b1
     return d[0], d[1] * a1 + d[2] * b1, second + d[1] * a2 + d[2] * b2
+
+
+@kernel
+def of_one_value(code, number, x, tables, table_starts):
+    """Return an operation of one value x and its derivative; `number` of its table."""
+    if code == _TABLE:
+        j = int(number)
+        f, slope, _ = interpolate(x, tables[table_starts[j] : table_starts[j + 1]])
+    elif code >= _SIN:
+        f, slope, _ = _elementary(code, x)
+    else:
+        f, slope, _ = _piecewise(code, x)
+    return f, slope
+
+
+@kernel
+def of_two_values(code, number, a, b, along, tables, table_starts):
+    """Return an operation of two values and its derivative by the first (along = 0) or the second (1)."""
+    if code == _TABLE2:
+        j = int(number)
+        table = tables[table_starts[j] : table_starts[j + 1]]
+        f, slope, _ = _over_two(a, 1.0 - along, 0.0, b, along, 0.0, table)
+    else:
+        f, slope, _ = _binary(code, a, 1.0 - along, 0.0, b, along, 0.0)
+    return f, slope
 
 
 @kernel

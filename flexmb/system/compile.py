@@ -197,9 +197,11 @@ def compile(model: Model) -> System:
         for own, others_of_it in zip((body_tables, body_rows), more, strict=True):
             own += others_of_it
     markers, size_J = _markers(compiler, layout)
+    size_J += compiler.loops.size
     for body in model.bodies:
         body.stiffen(compiler, markers)
     pattern, tables = sparsity(model, compiler, layout, constraints, markers)
+    n_pairs = compiler.loops.find_places(markers, tables)
     signals = [s.program() for s in compiler.signals]
     inputs = places_of_inputs(signals, compiler.signal_titles, prescribing)
     raw, starts = _table_bytes([*body_rows, *constraints.rows, *force_rows])
@@ -217,6 +219,7 @@ def compile(model: Model) -> System:
         samples_reactions=compiler.loops.follows_reactions,
         values=compiler.values,
         size_J=size_J,
+        n_pairs=n_pairs,
         size_H=compiler.size_H,
         tables={"markers": markers, **tables},
         marker_index={

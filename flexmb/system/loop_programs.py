@@ -9,7 +9,7 @@ from flexmb.math import operations as op
 from flexmb.model.affine import affine_parts
 from flexmb.model.expression import SignalProgram
 
-__all__ = ["LATER", "affine_rows", "input_places", "inputs_of", "renumbered", "with_inputs"]
+__all__ = ["LATER", "affine_rows", "atoms_read", "chain_rows", "input_places", "inputs_of", "renumbered", "with_inputs"]
 
 LATER = 1_000_000
 """Inputs from here on are results of programs."""
@@ -61,3 +61,38 @@ def input_places(compiler, programs: list[SignalProgram], uses: list[list[int]])
             places.append(read.index(number) if number >= 0 else -1)
     width = max((len(read) for read in uses), default=0)
     return {"inputs": compiler.bulk(words(numbers)), "places": compiler.bulk(words(places)), "width": width}
+
+
+def atoms_read(uses: list[list[int]], n_atoms: int) -> list[list[int]]:
+    """Return the atoms on which the result of each program depends, by way of programs before it too."""
+    found: list[list[int]] = []
+    for of_one in uses:
+        found.append(sorted({a for i in of_one for a in ((i,) if i < n_atoms else found[i - n_atoms])}))
+    return found
+
+
+def chain_rows(compiler, uses: list[list[int]], n_atoms: int, used: int) -> dict[str, int]:
+    """Return where it stands in the bulk data which atoms programs read, and of which products derivatives consist.
+
+    The derivative of a program by an atom that it reads has the number 1 + its place among all reads; 0 is an atom's
+    own, which is 1. `used` : number of programs that act.
+    """
+    reads = atoms_read(uses, n_atoms)
+    starts = np.cumsum([0] + [len(of_one) for of_one in reads]).tolist()
+    chain, counts, use = [], [0], 0
+    for p, of_one in enumerate(uses):
+        for i in of_one:
+            before = [(i, 0)]
+            if i >= n_atoms:
+                before = [(a, 1 + starts[i - n_atoms] + k) for k, a in enumerate(reads[i - n_atoms])]
+            chain += [(1 + starts[p] + reads[p].index(a), use, source) for a, source in before]
+            use += 1
+        counts.append(len(chain))
+    return {
+        "reads": compiler.bulk(words([a for of_one in reads for a in of_one])),
+        "read_starts": compiler.bulk(words(starts)),
+        "n_reads": starts[-1],
+        "chain": compiler.bulk(words(chain)),
+        "n_chain": counts[-1],
+        "n_chain_used": counts[used],
+    }

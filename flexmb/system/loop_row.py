@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from flexmb.constraints import Measured
-from flexmb.constraints.loop import OF_ATOM, words
+from flexmb.constraints.loop import kept_places, words
 from flexmb.constraints.measured_kernels import MEASURED, REACTION
 from flexmb.errors import ModelError
-from flexmb.math.tables import DIRECT
 from flexmb.model.expression import joined_arrays
 from flexmb.model.table import in_order
 from flexmb.system.holds import Hold, upstream_first
 from flexmb.system.loop_kinks import kink_rows
-from flexmb.system.loop_programs import affine_rows, input_places, inputs_of, renumbered
+from flexmb.system.loop_places import LoopPlaces
+from flexmb.system.loop_programs import affine_rows, atoms_read, chain_rows, input_places, inputs_of, renumbered
 
 __all__ = ["loop_row"]
 
@@ -27,6 +27,7 @@ def loop_row(loops, used: int) -> dict[str, Any]:
     Parameters
     ----------
     loops : Loops
+        Receives where its numbers go in the iteration matrix, `places`.
     used : int
         Number of programs that act on forces and states; those behind are looked at for kinks only.
     """
@@ -40,31 +41,29 @@ def loop_row(loops, used: int) -> dict[str, Any]:
     programs = [renumbered(program, n_atoms) for program in loops.programs]
     ops, args, tables = joined_arrays(programs)
     uses = [inputs_of(program) for program in programs]
-    n_uses = sum(len(of_one) for of_one in uses)
-    scratch = loops.n_channels
-    loops.n_channels += -(-(OF_ATOM * n_atoms + len(programs) + n_uses) // 6)
-    read = _atoms_read(uses, n_atoms)
-    for of_one in read:
-        of_one |= {k for k, source in enumerate(sources) if source in of_one}
+    read = atoms_read(uses, n_atoms)
     loops.holds = upstream_first(loops.holds, [_needs(loops, hold, read) for hold in loops.holds])
     held = [number for hold in loops.holds for number in (*hold.branches, hold.clock) if number >= 0]
-    acts, blocks = [], []
-    acting = [*loops.rates, *((slot, marker, k) for k, (slot, marker) in enumerate(loops.channels))]
-    for slot, marker, component in acting:
+    for slot, *_ in (*loops.rates, *loops.channels):
         _require_explicit(loops, read[slot])
-        own = dict.fromkeys(m for a in read[slot] for m in numbers[a] if m >= 0)
-        acts += [slot, marker, component, len(blocks), len(blocks) + len(own)]
-        blocks += [(legs.index(m), compiler.pair(marker, m, DIRECT), int(marker == m)) for m in own]
+    places = loops.places = LoopPlaces(compiler, rows, legs, read)
+    for slot, marker, component in loops.rates:
+        places.add(slot, marker, component=component)
+    for channel, (slot, marker) in enumerate(loops.channels):
+        places.add(slot, marker, channel=channel)
+    inputs, chain = input_places(compiler, programs, uses), chain_rows(compiler, uses, n_atoms, used)
+    counts = n_atoms, len(programs), sum(map(len, uses)), chain["n_reads"], inputs["width"]
     return {
         "n_atoms": n_atoms,
         "atoms": compiler.bulk(rows.view(float)),
+        "sorts": compiler.bulk(words([atom.sort for atom in loops.atoms])),
         "n": len(programs),
         "n_used": used,
         "programs": compiler.bulk(words(np.cumsum([0] + [len(p.ops) for p in programs]))),
         "ops": compiler.bulk(words(ops)),
         "args": compiler.bulk(args),
-        **input_places(compiler, programs, uses),
-        "n_uses": n_uses,
+        **inputs,
+        "n_uses": counts[2],
         "n_tables": len(tables),
         "tables": compiler.bulk(np.concatenate([*tables, np.zeros(0)])),
         "table_starts": compiler.bulk(words(np.cumsum([0] + [len(table) for table in tables]))),
@@ -72,18 +71,17 @@ def loop_row(loops, used: int) -> dict[str, Any]:
         "use_starts": compiler.bulk(words(np.cumsum([0] + [len(of_one) for of_one in uses]))),
         **affine_rows(compiler, programs, loops.addresses, uses),
         "addresses": compiler.bulk(words(loops.addresses)),
+        **chain,
         "n_outputs": len(loops.outputs),
         "outputs": compiler.bulk(words(loops.outputs)),
-        "n_acts": len(acting),
         "n_rates": len(loops.rates),
-        "acts": compiler.bulk(words(acts)),
-        "blocks": compiler.bulk(words(blocks)),
-        "n_legs": len(legs),
+        "rates": compiler.bulk(words(loops.rates)),
+        **places.fields(),
         "implicit": int(loops.follows_accelerations),
         "n_held": len(held),
         "held": compiler.bulk(words(held)),
         **kink_rows(compiler, loops.kinks, loops.atoms),
-        "scratch": scratch,
+        **kept_places(*counts, places.most),
     }
 
 
@@ -98,9 +96,9 @@ def _with_more_derivatives(loops) -> list[int]:
     return sources
 
 
-def _require_explicit(loops, read: set[int]) -> None:
+def _require_explicit(loops, read: list[int]) -> None:
     """Raise ModelError if a force, or the rate of a state, follows a reaction of the same instant."""
-    at_once = next((loops.atoms[k] for k in sorted(read) if loops.atoms[k].sort == REACTION), None)
+    at_once = next((loops.atoms[k] for k in read if loops.atoms[k].sort == REACTION), None)
     if at_once is not None:
         raise ModelError(
             "Signals",
@@ -112,7 +110,7 @@ def _require_explicit(loops, read: set[int]) -> None:
         )
 
 
-def _needs(loops, hold: Hold, read: list[set[int]]) -> set[int]:
+def _needs(loops, hold: Hold, read: list[list[int]]) -> set[int]:
     """Return the branches whose values a change of a block reads."""
     slots = [slot for slot, number in loops.outputs if number in hold.reads]
     return {loops.atoms[a].held for slot in slots for a in read[slot]} - {-1}
@@ -129,11 +127,3 @@ def _markers(loops, scalar: Measured) -> list[int]:
     if scalar.sort == REACTION:
         return []
     return [loops.compiler.marker(name) for name in scalar.markers]
-
-
-def _atoms_read(uses: list[list[int]], n_atoms: int) -> list[set[int]]:
-    """Return the atoms on which the result of each program depends."""
-    found: list[set[int]] = []
-    for of_one in uses:
-        found.append({a for i in of_one for a in ((i,) if i < n_atoms else found[i - n_atoms])})
-    return found

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from flexmb.constraints import Measured
 from flexmb.constraints.loop import LOOP, LOOP_TANGENT
 from flexmb.constraints.measured import Projected
@@ -24,6 +26,7 @@ from flexmb.model.sensor_columns import found_in
 from flexmb.model.signal import Constant, Signal
 from flexmb.system.holds import HELD, NEVER, Hold
 from flexmb.system.loop_kinks import Kink, kinks_in, located
+from flexmb.system.loop_places import LoopPlaces
 from flexmb.system.loop_programs import LATER, inputs_of, with_inputs
 from flexmb.system.loop_row import loop_row
 from flexmb.system.wrenches import Wrenches
@@ -57,6 +60,8 @@ class Loops:
         self._watched: set[int] = set()
         self.wrenches = Wrenches(compiler)
         self.n_channels = 0
+        self.places: LoopPlaces | None = None
+        self.size = 0  # numbers that are kept of an evaluation, behind the Jacobians
 
     def follow(self, signal: Signal, markers: tuple[int, ...]) -> tuple[int, tuple[int, ...]]:
         """Return the number of a signal, and the channels by which forces on markers change with it (-1: by none)."""
@@ -310,7 +315,14 @@ class Loops:
         forces = dict.fromkeys(atom.part for atom in self.atoms if atom.what == "wrench")
         wrenches, self.n_channels = self.wrenches.rows(forces, self.n_channels)
         row = loop_row(self, used)
+        self.size = row["size"]
         return [*wrenches, (LOOP, LOOP.filled(None, row))], [(LOOP_TANGENT, LOOP_TANGENT.filled(None, row))]
+
+    def find_places(self, markers: np.ndarray, tables: dict[str, np.ndarray]) -> int:
+        """Find where what follows goes in the iteration matrix; return how many pairs of markers kernels need."""
+        if self.places is None:
+            return len(tables["pairs"])
+        return self.places.found(markers, tables["pairs"], tables["pair_rows"])
 
     def _locate(self) -> None:
         """Let steps end where what acts on forces and states has kinks or jumps."""

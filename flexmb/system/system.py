@@ -35,6 +35,8 @@ class System:
         Configuration and velocity as described (before assembly).
     tables : dict of arrays
         Prototypes of the record tables of a workspace, and positions in the iteration matrix.
+    n_pairs : int
+        Of the pairs of markers those that kernels write to; behind them are pairs that only the pattern needs.
     marker_index, joint_index, force_index : dict of name to number
     force_rows : (nf, 3)
         Kind, first and last byte of the row of every force.
@@ -97,6 +99,7 @@ class System:
     n_channels: int
     implicit: bool = False
     samples_reactions: bool = False
+    n_pairs: int
     size_J: int
     size_H: int
     tables: dict[str, np.ndarray]
@@ -203,7 +206,7 @@ class System:
             H=np.zeros(max(1, self.size_H)),
             equations=tables["equations"].copy(),
             legs=tables["legs"].copy(),
-            pairs=tables["pairs"].copy(),
+            pairs=tables["pairs"][: self.n_pairs].copy(),
             residual=np.zeros(self.nu),
             S=np.zeros(int(self.program.pattern.row_start[-1])),
             rows=tables["rows"],

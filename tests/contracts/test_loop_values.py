@@ -5,11 +5,11 @@ import cmath
 import numpy as np
 import pytest
 
-from flexmb.constraints.loop import ROW, words
-from flexmb.constraints.loop_values import by_atoms, program_values
+from flexmb.constraints.loop import ROW, kept_places, words
+from flexmb.constraints.loop_values import gradients, program_values
 from flexmb.math import operations as op
 from flexmb.model.expression import SignalProgram, joined_arrays
-from flexmb.system.loop_programs import affine_rows, input_places, inputs_of
+from flexmb.system.loop_programs import affine_rows, atoms_read, chain_rows, input_places, inputs_of
 
 TIME = 0.7
 COMPLEX = {
@@ -50,16 +50,23 @@ def evaluated(programs, atoms):
         "uses": store.bulk(words([i for one in uses for i in one])),
         "use_starts": store.bulk(words(np.cumsum([0] + [len(one) for one in uses]))),
         **affine_rows(store, programs, [0] * len(programs), uses),
-        "addresses": store.bulk(words([0] * len(programs))),
+        "addresses": store.bulk(words([0] * len(programs))), **chain_rows(store, uses, n, len(programs)),
     }  # fmt: skip
+    fields |= kept_places(n, len(programs), fields["n_uses"], fields["n_reads"], fields["width"])
     for name, value in fields.items():
         row[name] = value
-    data, z, by = np.concatenate(store.pieces), np.concatenate([atoms, np.zeros(len(programs))]), np.zeros(100)
-    program_values(row[0], data, TIME, len(programs), 0, z, by)
-    plain = z.copy()
-    program_values(row[0], data, TIME, len(programs), 1, z, by)
-    np.testing.assert_array_equal(z, plain)  # the same numbers whether derivatives are asked for or not
-    return z[n:], by_atoms(row[0], data, len(programs), by)
+    data, kept = np.concatenate(store.pieces), np.full(fields["size"], np.nan)
+    kept[:n], values = atoms, slice(n, n + len(programs))
+    program_values(row[0], data, TIME, len(programs), 0, kept)
+    plain = kept[values].copy()
+    program_values(row[0], data, TIME, len(programs), 1, kept)
+    np.testing.assert_array_equal(kept[values], plain)  # the same numbers whether derivatives are asked for or not
+    gradients(row[0], data, fields["n_chain"], kept)
+    found, at = np.zeros((len(programs), n)), fields["gradient"] + 1
+    for own, reads in zip(found, atoms_read(uses, n), strict=True):
+        own[reads] = kept[at : at + len(reads)]
+        at += len(reads)
+    return plain, found
 
 
 def complex_value(program, inputs):
