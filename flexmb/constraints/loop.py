@@ -157,10 +157,10 @@ def _values(row, data, state, work, count, wanted, place):
             if known:
                 place[k], place[row.paces + k] = x, 0.0
                 continue
-            if z.what == _COORDINATE:
-                x, rate = measure(z.c, state, work, push)
-                place[k] = rate
-                continue
+        if z.what == _COORDINATE and (wanted == 0 or z.rate == 0):  # without its curvature
+            x, rate = measure(z.c, state, work, push)
+            place[k], place[row.paces + k] = rate if z.rate == 1 else x, rate
+            continue
         measure_scalar(z, state, work, jet, push, slope)
         place[k], place[row.paces + k] = jet[0], jet[1]
     program_values(row, data, state.t, count, wanted, place)

@@ -32,7 +32,7 @@ class BlockPattern(NamedTuple):
     segment_start: Integers
     """(blocks + 1,)"""
     column: Integers
-    """(segments,) first place of the columns of each segment"""
+    """(segments,) first place of the columns of each segment; neighbours are joined, but for the own block"""
     length: Integers
     """(segments,) number of its columns"""
     block_start: Integers
@@ -93,7 +93,7 @@ def elimination(p: BlockPattern) -> str:
     recursion from the leaves to the roots, of linear cost.
     """
     sizes = np.diff(p.block_start)
-    after = p.segment_start[1:] - p.own_segment - 1
+    after = np.bincount(p.source, minlength=len(sizes))
     ends = np.concatenate([[0], np.cumsum(p.length)])
     wide = ends[p.segment_start[1:]] - ends[p.own_segment + 1]
     count = float(np.sum(sizes**3 / 3.0 + sizes * wide * (sizes + wide)))

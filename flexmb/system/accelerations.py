@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.block_lu import lu_factor, lu_solve, lu_solve_softened, subtract_product
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve, lu_solve_softened, subtract_product
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.plain_loops import copy_into, largest_size
 from flexmb.math.weights import weigh

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import CompileError
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.weights import weigh
 from flexmb.system.program import constraint_acceleration, evaluate
 

@@ -131,14 +131,22 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
             earlier[other].append(k)
     sizes = [len(unknowns[node]) for node in order]
     first = np.concatenate([[0], np.cumsum(sizes)])
-    width, segment_start, column = [], [0], []
+    width, segment_start, column, length = [], [0], [], []
+    own_segment: list[int] = []
     offset: list[dict[int, int]] = []
     for k in range(len(order)):
-        at, offsets = 0, {}
+        at, offsets, end = 0, {}, -1
         for other in (*earlier[k], k, *later[k]):
             offsets[other] = at
-            column.append(other)
             at += sizes[other]
+            if other == k:
+                own_segment.append(len(column))
+            if end == other and k not in (other, other - 1):  # neighbours are one segment, but for the own block
+                length[-1] += sizes[other]
+            else:
+                column.append(other)
+                length.append(sizes[other])
+            end = other + 1
         offset.append(offsets)
         width.append(at)
         segment_start.append(len(column))
@@ -149,10 +157,10 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
         row_block=row_block,
         segment_start=np.array(segment_start, np.int64),
         column=first[column],
-        length=np.array(sizes, np.int64)[column],
+        length=np.array(length, np.int64),
         block_start=first,
         own=np.array([offset[k][k] for k in range(len(order))], np.int64),
-        own_segment=np.array([segment_start[k] + len(earlier[k]) for k in range(len(order))], np.int64),
+        own_segment=np.array(own_segment, np.int64),
         **_steps(later, earlier, sizes, offset),
         scratch=np.zeros(2 * first[-1]),
     )

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.weights import weigh
 from flexmb.system.accelerations import EXACT

@@ -6,7 +6,8 @@ import pytest
 from contracts.random_models import FORCES, connected, random_state, randomise
 
 from flexmb import joints
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.tables import State
 from flexmb.math.weights import weigh
 from flexmb.system.program import evaluate

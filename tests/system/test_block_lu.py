@@ -9,9 +9,10 @@ from tolerances import MACHINE
 from verification.mechanisms import four_bars
 
 import flexmb as fmb
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
 from flexmb.math.block_parts import parts_of, solve_part
 from flexmb.math.block_pattern import stored
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.weights import weigh
 from flexmb.system import compile
 from flexmb.system.program import evaluate

@@ -12,8 +12,8 @@ from integrate.test_random_constraints import random_model
 from verification.mechanisms import four_bars
 
 import flexmb as fmb
-from flexmb.math.block_lu import subtract_product
 from flexmb.math.block_pattern import stored
+from flexmb.math.block_substitution import subtract_product
 from flexmb.math.weights import weigh
 from flexmb.system import assemble
 from flexmb.system.accelerations import linear_accelerations

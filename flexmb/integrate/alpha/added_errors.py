@@ -8,7 +8,8 @@ from flexmb.integrate.alpha.variables import Apart, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import to_body_axes, turn
 from flexmb.integrate.runs.gap import begin_again, new_gap
 from flexmb.integrate.runs.reaction_errors import ENDED, new_comparison
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import State
 from flexmb.math.weights import weigh, weigh_mass

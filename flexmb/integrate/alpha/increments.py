@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexmb.integrate.alpha.world_translation import move, to_body_axes, to_increment
-from flexmb.math.block_lu import lu_solve
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.kernel import kernel
 from flexmb.system.program import advance
 

@@ -6,7 +6,8 @@ from flexmb.integrate.alpha.step_size import fit_to_step, settle_short_step, wri
 from flexmb.integrate.runs.energy_watch import energies_of_samples
 from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.switches import allowed
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.jets import sample_signals
 
 __all__ = ["LARGE_KERNELS"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.alpha.world_translation import to_world_axes
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.weights import weigh_mass
 from flexmb.system.accelerations import accelerations
 from flexmb.system.program import advance, constraint_velocity, evaluate

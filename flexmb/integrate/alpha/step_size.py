@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from flexmb.integrate.alpha.variables import Controls, Variables
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
-from flexmb.math.block_lu import lu_solve
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.energies import write_powers
 from flexmb.math.kernel import entry_kernel, kernel
 from flexmb.math.plain_loops import all_finite, copy_into

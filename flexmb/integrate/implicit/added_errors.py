@@ -14,7 +14,7 @@ from flexmb.integrate.implicit.local_errors import SEEN, take_off_errors
 from flexmb.integrate.implicit.stages import GAMMA, STAGES, Stages
 from flexmb.integrate.implicit.straighten import straightened
 from flexmb.integrate.runs.gap import EVERY, measure
-from flexmb.math.block_lu import lu_solve
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.program import PROGRAM

@@ -16,7 +16,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.integrate.runs.spin_axes import error_of_axes
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.energies import powers
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import entry_kernel, inner_kernel

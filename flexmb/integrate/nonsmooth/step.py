@@ -26,8 +26,9 @@ from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.patience import UNCUT, Patience, smallest_step
 from flexmb.integrate.runs.switches import part_of_step
 from flexmb.integrate.runs.switching import PassedOver, new_switching
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
 from flexmb.math.block_parts import parts_of
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.energies import powers
 from flexmb.math.weights import no_matrix, weigh
 from flexmb.system.complaints import without_value

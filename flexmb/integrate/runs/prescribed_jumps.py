@@ -9,7 +9,8 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.integrate.runs.breaks import just_after, just_before
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.weights import weigh_mass
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 
