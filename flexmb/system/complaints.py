@@ -263,6 +263,18 @@ def _without_number(system: System, state) -> CompileError | None:
     return None
 
 
+def _heavy_by_itself(system: System, state, work, span: slice) -> bool:
+    """Has a body inertia in all of its velocities if no force follows accelerations?"""
+    program = system.program._replace(forces=system.program.forces[:0])
+    weigh_mass(work.weights)
+    evaluate(program, state, work)
+    own = constraint_matrix(system, work)[0].toarray()[span, span]
+    diagonal = np.diag(own)
+    if not np.all(diagonal > 0.0):
+        return False
+    return bool(np.linalg.svd(own / np.sqrt(np.outer(diagonal, diagonal)), compute_uv=False)[-1] > ZERO)
+
+
 def without_inertia(system: System, state, work, unknown: int) -> CompileError:
     """Return the error that names the body that has no inertia in one of its velocities, which no joint holds."""
     weigh_mass(work.weights)
@@ -278,6 +290,15 @@ def without_inertia(system: System, state, work, unknown: int) -> CompileError:
             remedy="Correct its numbers and signals",
         )
     body, first = of_bodies[0]
+    own = slice(first, first + (6 if body.has_frame else body.n_velocities))
+    if system.implicit and _heavy_by_itself(system, state, work, own):
+        return CompileError(
+            body.title,
+            found="the equations of motion are singular: forces that follow accelerations take its inertia away",
+            expected="a regular mass matrix: a force -k a on a mass m makes it m + k, and F = m a leaves no equation "
+            "for the acceleration",
+            remedy="Lower the gain of the acceleration, or sample it (Sampled)",
+        )
     if not body.has_frame or unknown - first >= 6:
         return CompileError(
             body.title,

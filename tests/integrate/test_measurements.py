@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -37,6 +38,7 @@ def rail(effort, sensors=(), forces=(), **fields) -> fmb.Model:
 FORMULATIONS = (fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Baumgarte(), fmb.Recursive())
 EXPLICIT = (FINE, *(fmb.Explicit(rtol=1e-9, formulation=formulation) for formulation in FORMULATIONS))
 ALL = (fmb.GeneralizedAlpha(), fmb.IDA(), fmb.Implicit(), *EXPLICIT)
+MOREAU = fmb.MoreauJean(step=2e-3)
 
 
 @pytest.mark.parametrize("integrator", ALL, ids=repr)
@@ -47,7 +49,7 @@ def test_a_force_that_follows_an_acceleration_is_a_mass(integrator):
     assert solution["x"][-1] == pytest.approx(0.5 * 3.0 / (MASS + K), rel=1e-9)
 
 
-@pytest.mark.parametrize("integrator", ALL, ids=repr)
+@pytest.mark.parametrize("integrator", [*ALL, MOREAU], ids=repr)
 def test_limits_of_such_a_force(integrator):
     """F = 3 + limit(-k a, -0.5, 0.5): at its limit, a = 2.5 / m."""
     limited = fmb.Limit(-K * fmb.measured(ACCELERATION), limits=(-0.5, 0.5))
@@ -64,7 +66,19 @@ NEVER = fmb.formula("3 - where(a[0] > 0.1, 5, 0)", over={"a": ACCELERATION})
 """N, of which 5 N are taken away at once: m a = F nowhere."""
 
 
-@pytest.mark.parametrize("integrator", [*ALL, fmb.GeneralizedAlpha(step=0.01)], ids=repr)
+@pytest.mark.parametrize("bound", [2.0, 1.5])
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), MOREAU], ids=repr)
+def test_limits_of_the_whole_force(integrator, bound):
+    """F = min(3 - k a, bound), beyond its limit at the first look, where a = 0."""
+    wanted = 3.0 - K * fmb.measured(ACCELERATION)
+    model = rail(fmb.Limit(wanted, limits=(-1.0, bound)), [ACCELERATION])
+    solution = fmb.simulate(model, 0.5, samples=6, integrator=integrator)
+    exact = min(3.0 / (MASS + K), bound / MASS)
+    assert solution["a"][:, 0] == pytest.approx(np.full(6, exact), rel=1e-9)
+    assert solution["x"][-1] == pytest.approx(0.125 * exact, rel=1e-9)
+
+
+@pytest.mark.parametrize("integrator", [*ALL, fmb.GeneralizedAlpha(step=0.01), MOREAU], ids=repr)
 def test_whole_steps_that_lead_to_and_fro(integrator):
     solution = fmb.simulate(rail(STEEP, [ACCELERATION]), 0.5, samples=6, integrator=integrator)
     assert solution["a"][:, 0] == pytest.approx(np.full(6, 250.5 / 2502.0), rel=1e-9)
@@ -220,9 +234,18 @@ def test_what_stays_refused(make, message):
 def test_a_force_that_takes_the_mass_away():
     """F = m a leaves no equation for the acceleration."""
     model = rail(3.0 + MASS * fmb.measured(ACCELERATION))
-    for integrator in (fmb.Implicit(), fmb.Explicit(formulation=fmb.Recursive())):
-        with pytest.raises(fmb.FlexmbError, match="singular: no inertia"):
+    for integrator in (fmb.Implicit(), fmb.Explicit(formulation=fmb.Recursive()), MOREAU):
+        with pytest.raises(fmb.FlexmbError, match=r"'cart': .* singular: forces that follow .*F = m a leaves"):
             fmb.simulate(model, 0.1, integrator=integrator)
+
+
+def test_a_mass_that_is_not_there_is_no_force_that_takes_it_away():
+    """The rod without inertia about its length, beside a force that follows an acceleration."""
+    made = hanging(3.0 - K * fmb.measured(ACCELERATION))
+    bodies = [*made.bodies[:2], replace(made.bodies[2], inertia=(0.0, 0.06, 0.06))]
+    joints = [made.joints[0], fmb.Spherical("pin", markers=("cart.pin", "rod.top"))]
+    with pytest.raises(fmb.FlexmbError, match=r"'rod': .*no inertia about its x-axis"):
+        fmb.simulate(replace(made, bodies=bodies, joints=joints, sensors=[]), 0.1)
 
 
 def motor(target, **fields) -> fmb.Model:

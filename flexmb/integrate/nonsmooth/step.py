@@ -38,7 +38,8 @@ __all__ = ["Stepper"]
 
 SETTLED = 1e-10
 """Change of the velocities in an iteration, relative to them, at which it ends."""
-ITERATIONS = 20
+ITERATIONS, MANY, SLOW = 20, 60, 0.1
+"""Iterations, those where forces follow accelerations, and the rate of convergence that asks for a new matrix there."""
 CLOSED = 1e-10
 """What joints may be open at the end of a step, relative to the largest body of an equation."""
 CLOSINGS = 12
@@ -127,31 +128,40 @@ class Stepper:
         nu, ng = self.system.nu, self.system.ng
         mid, ub, ab = middle = self.q.copy(), np.zeros(nu), np.zeros(nu)
         u1, lam, right = self.u.copy(), self.lam.copy(), np.zeros(nu + ng)
-        problem, v, speed, change = None, np.zeros(nu + ng), 0.0, np.inf
+        problem, v, speed, change, share = None, np.zeros(nu + ng), 0.0, np.inf, 1.0
+        correction, rate, calm, follows = np.zeros(nu), 0.0, 0, self.system.implicit
         self.diverged = False
-        for iteration in range(ITERATIONS):
-            fresh = iteration == 0
+        for iteration in range(MANY if follows else ITERATIONS):
+            # a force that follows accelerations has its share in the matrix, which changes at its corners
+            fresh = iteration == 0 or (follows and rate > SLOW)
             if complaint := self._free_change(h, (u1, lam), middle, right, fresh):
                 return self._fail(complaint)
             end = self._body(mid, u1)
             v[:nu] = end + right[:nu]
             v[nu:] = right[nu:]
-            if fresh:
+            if iteration == 0:
                 problem, speed = self._touched(h, mid, right, v)
+            elif fresh and problem is not None:
+                write_problem(problem, self.work, self.work.S, self.system.program.pattern, self.parts)
             if problem is not None and (complaint := self._solve_contacts(problem, v, speed)):
                 return self._fail(complaint)
             self.counts["iterations"] += 1
-            if fresh:
+            if iteration == 0:
                 size = max(float(np.max(np.abs(x), initial=0.0)) for x in (end, right[:nu], v[:nu]))
-            before, change = change, float(np.max(np.abs(v[:nu] - end), initial=0.0)) / max(size, 1e-300)
-            u1 = v[:nu].copy()
+            before, correction, last = change, v[:nu] - end, correction
+            change = float(np.max(np.abs(correction), initial=0.0)) / max(size, 1e-300)
+            rate = change / before if before > 0.0 else 0.0
+            if follows:  # whole steps may lead from one side of a corner to the other and back
+                calm = 0 if rate > 0.5 and correction @ last < 0.0 else calm + 1
+                share = 0.5 * share if calm == 0 else min(1.0, 2.0 * share) if calm > 1 else share
+            u1 = v[:nu].copy() if share == 1.0 else end + share * correction
             turn(self.world, mid, u1)
-            lam = lam + v[nu:] / h
+            lam = lam + share * v[nu:] / h
             if self.direct:  # linear but for gyroscopic terms, of which one iteration keeps the order of the method
                 change = 0.0
-            if not np.isfinite(change) or (iteration > 4 and change > 10.0 * before):
+            if not np.isfinite(change) or (not follows and iteration > 4 and change > 10.0 * before):
                 break
-            if change <= SETTLED or (iteration > 1 and change <= 1e-7 and change > 0.5 * before):
+            if share == 1.0 and (change <= SETTLED or (iteration > 1 and change <= 1e-7 and change > 0.5 * before)):
                 break
         if not change <= 1e-6:
             self.diverged = True
