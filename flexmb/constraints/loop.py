@@ -54,7 +54,7 @@ ROW = np.dtype(
         ("uses", np.int64),  # inputs that programs read
         ("n_uses", np.int64),
         ("use_starts", np.int64),  # first of each program, and the end
-        ("affine", np.int64),  # 1: a program is a constant and its inputs times numbers
+        ("affine", np.int64),  # 1: a program is a constant and its inputs times numbers; 2: an input within limits
         ("constants", np.int64),  # its constant
         ("factors", np.int64),  # the number of every input that programs read
         ("addresses", np.int64),  # C functions in the place of programs, or 0

@@ -159,6 +159,11 @@ def program_values(row, data, time, count, wanted, place):
                 total += factors[u] * z[uses[u]]
                 by[u] = factors[u]
             z[row.n_atoms + p] = total
+        elif affine[p] == 2:  # min(max(x, low), high)
+            x, low, high = z[uses[begin]], args[bounds[p] + 1], args[bounds[p] + 3]
+            above = x if x > low else low
+            z[row.n_atoms + p] = high if above > high else above
+            by[begin] = 1.0 if low <= x < high else 0.0
         elif addresses[p] != 0:
             _function(addresses[p], begin, end, time, uses, z, answer)
             z[row.n_atoms + p] = answer[0]

@@ -43,12 +43,20 @@ def renumbered(program: SignalProgram, n_atoms: int) -> SignalProgram:
 def affine_rows(compiler, programs: list[SignalProgram], addresses: list[int], uses: list[list[int]]) -> dict[str, int]:
     """Return where it stands in the bulk data which programs only multiply their inputs and add, and their numbers."""
     found = [None if at else affine_parts(program) for program, at in zip(programs, addresses, strict=True)]
+    both = list(zip(found, programs, strict=True))
     of_inputs = [0.0 if parts is None else parts[1].get(i, 0.0) for parts, read in zip(found, uses) for i in read]
     return {
-        "affine": compiler.bulk(words([parts is not None for parts in found])),
+        "affine": compiler.bulk(words([1 if parts else 2 if _is_limit(p) else 0 for parts, p in both])),
         "constants": compiler.bulk(np.array([0.0 if parts is None else parts[0] for parts in found])),
         "factors": compiler.bulk(np.array(of_inputs)),
     }
+
+
+def _is_limit(program: SignalProgram) -> bool:
+    """Is a program min(max(x, low), high) of an input x, with low <= high?"""
+    if program.inputs or program.ops.tolist() != [op.INPUT, op.CONSTANT, op.MAX, op.CONSTANT, op.MIN]:
+        return False
+    return bool(program.args[1] <= program.args[3])
 
 
 def input_places(compiler, programs: list[SignalProgram], uses: list[list[int]]) -> dict[str, int]:

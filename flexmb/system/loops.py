@@ -49,6 +49,7 @@ class Loops:
         self._known: dict[int, SignalProgram] = {}
         self._open: dict[int, str] = {}
         self._numbers: dict[int, int] = {}
+        self._slots: dict[tuple, int] = {}
         self._blocks: dict[int, tuple[str, tuple[str, ...]]] = {}
         self._waiting: list[tuple[Block, str]] = []
         self._held: dict[int, str] = {}
@@ -88,13 +89,17 @@ class Loops:
                 self._watched.add(self._slot(whole))
 
     def _slot(self, program: SignalProgram, address: int = 0) -> int:
-        """Return the number of the result of a program."""
+        """Return the number of the result of a program; what is computed alike is computed once."""
         if address == 0 and list(program.ops) == [op.INPUT] and program.args[0] >= LATER:
             return int(program.args[0]) - LATER
-        self.programs.append(program)
-        self.addresses.append(address)
-        self._writers.append(self.compiler.writing)
-        return len(self.programs) - 1
+        tables = (id(table) for table in program.tables)
+        same = address, program.inputs, program.ops.tobytes(), program.args.tobytes(), *tables
+        known = self._slots.setdefault(same, len(self.programs))
+        if known == len(self.programs):
+            self.programs.append(program)
+            self.addresses.append(address)
+            self._writers.append(self.compiler.writing)
+        return known
 
     def _atom(self, scalar: Measured | Projected) -> SignalProgram:
         """Return the program that reads a measured scalar."""
