@@ -129,8 +129,7 @@ KNOWN = {
         "system/alike.py: np.linalg.svd(A / norms[:, None], compute_uv=False)[-1] > REGULAR",
         "system/alike.py: np.linalg.svd(scaled, compute_uv=False)[:, -1].min() > HEAVY",
         "system/assembly.py: shares > OPEN_RATE",
-        "system/complaints.py: "
-        "np.linalg.svd(own / np.sqrt(np.outer(diagonal, diagonal)), compute_uv=False)[-1] > ZERO",
+        "system/complaints.py: np.linalg.svd(own / np.sqrt(np.outer(diagonal, diagonal)), compute_uv=False)[-1] > ZERO",
         "system/lengths.py: lost[k] <= LOST",
         "system/massless.py: held.min() <= HELD",
         "system/massless.py: np.linalg.svd(scaled, compute_uv=False)[:, -1] > SINGULAR",

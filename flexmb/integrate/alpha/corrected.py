@@ -15,7 +15,8 @@ from flexmb.integrate.alpha.variables import Controls, Motions
 from flexmb.integrate.alpha.world_translation import to_body_axes, turn
 from flexmb.integrate.runs.gap import EVERY, measure
 from flexmb.integrate.runs.reaction_errors import add_difference
-from flexmb.math.block_lu import lu_factor, lu_solve
+from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_substitution import lu_solve
 from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
