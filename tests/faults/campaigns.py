@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import resource
 import shutil
 import signal
@@ -163,7 +164,7 @@ def full_disk(bench: Bench) -> Counts:
 
 
 def deleted_folder(bench: Bench) -> Counts:
-    """Remove the folder while the run writes into it."""
+    """Remove the folder while the run writes into it: every sample that its end speaks of must be there."""
     counts = Counts()
     for k in bench.times(20):
         bench.clear()
@@ -171,8 +172,9 @@ def deleted_folder(bench: Bench) -> Counts:
         time.sleep(bench.random.uniform(0.2, 1.0) * bench.seconds)
         bench.clear()
         end = ended(child)
-        counts.cases += 1
         counts.take(end, f"moment {k}")
+        said = re.search(r"(\d+) samples, t", end.text)
+        bench.judge(counts, int(said[1]) if said else 0, f"moment {k}")
     (gone := bench.folder / "gone").mkdir(exist_ok=True)
     return all_verbs(bench, counts, lambda: 0, lambda _: None, gone, removed_after=0.3)
 
