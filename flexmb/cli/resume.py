@@ -14,7 +14,7 @@ from pathlib import Path
 
 import flexmb as fmb
 from flexmb.cli.model_arguments import add_trust
-from flexmb.cli.run import chosen_settings, computed, exit_code, kept, summary
+from flexmb.cli.run import chosen_settings, computed, exit_code, kept, still_stored, summary
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, Log, alone, open_run
 from flexmb.files import check_regular
 
@@ -55,7 +55,7 @@ def _continued(folder: Path, arguments: argparse.Namespace) -> int:
             lambda: open_run(folder, trust=arguments.trust),
             log,
         )
-        kept(solution, folder, log)
+        solution = still_stored(kept(solution, folder, log), simulation, folder, log)
     print(summary(solution, folder))
     return exit_code(solution)
 

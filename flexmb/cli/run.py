@@ -12,7 +12,7 @@ import shlex
 import sys
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +81,7 @@ def _executed(arguments: argparse.Namespace, said: Kept) -> int:
         if arguments.vtk:
             pvd = (stored_in(solution, folder) or folder / SOLUTION).parent / f"{path.stem}.pvd"
             log.line(f"ParaView files: {fmb.write_vtk(solution, pvd)}")
+        solution = still_stored(solution, simulation, folder, log)
     print(summary(solution, folder))
     return exit_code(solution)
 
@@ -154,6 +155,21 @@ def kept(solution: fmb.Solution, folder: Path, log: Log) -> fmb.Solution:
     if path is not None:
         log.keep(path.with_name(LOG) if own else path.with_suffix(".txt"))
     return solution
+
+
+def still_stored(solution: fmb.Solution, simulation: fmb.Simulation, folder: Path, log: Log) -> fmb.Solution:
+    """Write a run again whose folder was removed after its solution file was closed; return the solution, which says so
+    then.
+    """
+    path = stored_in(solution, folder)
+    if path is None or path.is_file():
+        return solution
+    path.parent.mkdir(parents=True, exist_ok=True)
+    solution.save(path, fmb.model_text)
+    warnings.warn(f"Solution file '{path}' was removed when it was complete: it was written again.", stacklevel=2)
+    if solution.model is not None:
+        fmb.save_model(solution.model, path.with_name(MODEL), simulation, bodies_in=path.name)
+    return kept(replace(solution, statistics={**solution.statistics, STORED: str(path)}), folder, log)
 
 
 def happened(solution: fmb.Solution) -> list[str]:

@@ -80,6 +80,25 @@ def test_a_removed_run_folder_is_written_again(ran, tmp_path):
     assert main(["export", str(tmp_path / "run"), "--vtk"]) == 0
 
 
+def test_a_folder_removed_while_the_table_is_written(tmp_path, monkeypatch, capsys):
+    """The solution file is closed by then."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "drop.toml").write_text(MODEL)
+    write, removed = fmb.write_table, []
+
+    def remove(solution, path):
+        if not removed:
+            removed.append(shutil.rmtree("run"))
+            os.mkdir("run")
+        return write(solution, path)
+
+    monkeypatch.setattr(fmb, "write_table", remove)
+    assert main(["run", "drop.toml", "--out", "run"]) == 2
+    assert "was removed when it was complete: it was written again" in capsys.readouterr().err
+    fallen(tmp_path / "run")
+    assert {p.name for p in (tmp_path / "run").iterdir()} == {"solution.h5", "sensors.csv", "model.toml", "log.txt"}
+
+
 def test_a_moved_run_folder_is_completed_where_it_is(ran, tmp_path):
     code, said = ran(lambda: os.rename("run", "moved"))
     assert code == 2
