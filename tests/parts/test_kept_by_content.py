@@ -84,10 +84,10 @@ def test_damage_is_told_and_mended(folder, damage, capsys):
     heard(bar())
     path = entry(folder, "bar")
     content = bytearray(path.read_bytes())
-    middle = len(content) // 2
-    if damage == "bytes":
-        content[middle : middle + 8] = bytes(255 - b for b in content[middle : middle + 8])
-    path.write_bytes({"cut": content[:middle], "bytes": content, "empty": b"", "text": b"no data"}[damage])
+    end = content.index(b"FLEXSEAL")
+    content[end // 2 : end // 2 + 8] = bytes(255 - b for b in content[end // 2 : end // 2 + 8])
+    damaged = {"cut": content[: end // 2], "bytes": content[: end + 24], "empty": b"", "text": b"no data"}
+    path.write_bytes(damaged[damage])  # bytes: as of former times, without a parity
     assert main(["cache"]) == 0
     assert f"{path.name}, damaged: " in capsys.readouterr().out
     data, ear = heard(bar())
@@ -95,6 +95,19 @@ def test_damage_is_told_and_mended(folder, damage, capsys):
     assert "damaged and is made again" in ear.troubles[0][1]
     (kept,) = parts.kept_bodies()
     assert (kept.name, kept.wrong, kept.current) == ("bar", "", True)
+
+
+def test_changed_bytes_are_restored_and_told(folder):
+    """Nothing is reduced again."""
+    heard(bar())
+    path = entry(folder, "bar")
+    content = bytearray(path.read_bytes())
+    content[content.index(b"FLEXSEAL") // 2] ^= 1
+    path.write_bytes(content)
+    with pytest.warns(UserWarning, match="all of it was restored from its parity"):
+        data, ear = heard(bar())
+    assert data.mass == pytest.approx(STEEL.density * AREA, rel=1e-12)
+    assert (ear.reduced, ear.reused, ear.troubles) == (0, 1, [])
 
 
 def test_listed_under_what_it_is(folder, capsys):
