@@ -228,6 +228,7 @@ def test_a_damaged_entry_is_made_again(folder, damage):
     data = beam().reduced()
     (entry,) = folder.glob("*.h5")
     whole = entry.read_bytes()
+    whole = whole[: whole.index(b"FLEXSEAL") + 24]  # as of former times: the parity behind it would restore the bytes
     half = len(whole) // 2
     other = bytes(byte ^ 0x5A for byte in whole[half : half + 64])  # zeros may have been there before
     entry.write_bytes(damage if isinstance(damage, bytes) else whole[:half] + other + whole[half + 64 :])
