@@ -173,11 +173,11 @@ def deleted_folder(bench: Bench) -> Counts:
         bench.clear()
         end = ended(child)
         counts.take(end, f"moment {k}")
-        if end.code == 0 and not bench.run.exists():  # it had ended before
+        if end.code == 0 and not (bench.run / "solution.h5").exists():  # removed behind its last look, at its end
             counts.cases += 1
             continue
         said = re.search(r"(\d+) samples, t", end.text)
-        bench.judge(counts, int(said[1]) if said else 0, f"moment {k}")
+        bench.judge(counts, int(said[1]) if said else 0, f"moment {k}, code {end.code}")
     (gone := bench.folder / "gone").mkdir(exist_ok=True)
     return all_verbs(bench, counts, lambda: 0, lambda _: None, gone, removed_after=0.3)
 
