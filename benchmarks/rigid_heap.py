@@ -1,10 +1,12 @@
-"""Balls that fall into a box and settle: time of a step by the number of contacts, beside MuJoCo in the same run.
+"""Balls that fall into a box and settle: time of a step by the number of contacts, beside MuJoCo and Exudyn in the run.
 
-    python benchmarks/rigid_heap.py 125 1000
+    python benchmarks/rigid_heap.py 125 1000 10000
 
-The same balls, walls, friction and step for both. The methods differ: MuJoCo's contact is soft and its solver stops
-after so many iterations, whatever is left; here laws are rigid and a step that misses its tolerance ends the run.
-A number with a minus sign is done without MuJoCo.
+The same balls, walls and friction for all. The methods differ: MuJoCo's contact is soft and its solver stops after so
+many iterations, whatever is left (its Newton's method up to FULL balls, above them its conjugate gradients, since the
+factors of Newton's grow faster than the contacts); Exudyn's contact is a spring and needs explicit steps, twenty in one
+of the others; here laws are rigid and a step that misses its tolerance ends the run.
+A number with a minus sign is done without the others.
 """
 
 from __future__ import annotations
@@ -18,6 +20,9 @@ import numpy as np
 import flexmb as fmb
 
 RADIUS, STEP, STEPS, FEW, FRICTION = 0.05, 2e-3, 150, 2, 0.3
+FULL = 500
+SPRING, FINE = 1e5, 20
+"""N/m of Exudyn's contacts, and its steps in one of the others."""
 
 
 def places(count: int) -> tuple[np.ndarray, float]:
@@ -77,7 +82,8 @@ def with_mujoco(at: np.ndarray, half: float) -> tuple[float, int]:
         for x, y, z in at
     )
     text = (
-        f'<mujoco><option timestep="{STEP}" cone="elliptic"/><size memory="2G"/><worldbody>'
+        f'<mujoco><option timestep="{STEP}" cone="elliptic" solver="{"Newton" if len(at) <= FULL else "CG"}"/>'
+        f'<size memory="4G"/><worldbody>'
         f'<geom type="plane" size="9 9 1" friction="{FRICTION}"/>{walls}{balls}</worldbody></mujoco>'
     )
     model = mujoco.MjModel.from_xml_string(text)
@@ -88,8 +94,54 @@ def with_mujoco(at: np.ndarray, half: float) -> tuple[float, int]:
     return (time.process_time() - begin) / STEPS, int(data.ncon)
 
 
+def with_exudyn(at: np.ndarray, half: float) -> float:
+    """Return seconds per STEP; contacts are not counted there."""
+    import exudyn as exu
+    from exudyn.utilities import InertiaSphere, MarkerBodyRigid
+
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    on_ground = mbs.AddMarker(MarkerBodyRigid(bodyNumber=mbs.CreateGround()))
+    contact = mbs.AddGeneralContact()
+    contact.SetFrictionPairings(np.array([[FRICTION]]))
+    contact.SetSearchTreeCellSize(numberOfCells=[round(len(at) ** (1.0 / 3.0))] * 3)
+    law = {"contactStiffness": SPRING, "contactDamping": 0.1 * SPRING**0.5, "frictionMaterialIndex": 0}
+    for place in at:
+        ball = mbs.CreateRigidBody(
+            inertia=InertiaSphere(1.0, RADIUS),
+            referencePosition=list(place),
+            gravity=[0, 0, -9.81],
+            nodeType=exu.NodeType.RotationRotationVector,
+        )
+        contact.AddSphereWithMarker(mbs.AddMarker(MarkerBodyRigid(bodyNumber=ball)), radius=RADIUS, **law)
+    high = 2.0 * half + 1.0
+    corners = np.array([(x, y, z) for x in (-half, half) for y in (-half, half) for z in (0.0, high)])
+    sides = [(0, 4, 6, 2), (0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3)]
+    triangles = []
+    for a, b, c, d in sides:
+        normal = np.cross(corners[b] - corners[a], corners[c] - corners[a])
+        inward = (0.0, 0.0, 0.5 * high) - corners[[a, b, c, d]].mean(axis=0)
+        e, f = (b, d) if normal @ inward > 0.0 else (d, b)
+        triangles += [(a, e, c), (a, c, f)]
+    contact.AddTrianglesRigidBodyBased(
+        rigidBodyMarkerIndex=on_ground, pointList=corners, triangleList=np.array(triangles), **law
+    )
+    mbs.Assemble()
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps, settings.timeIntegration.endTime = STEPS * FINE, STEPS * STEP
+    settings.timeIntegration.verboseMode = 0
+    settings.timeIntegration.explicit.useLieGroupIntegration = True
+    settings.timeIntegration.explicit.computeMassMatrixInversePerBody = True
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    settings.solution.file.write = False
+    settings.parallel.numberOfThreads = 1
+    begin = time.process_time()
+    mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.ExplicitEuler)
+    return (time.process_time() - begin) / STEPS
+
+
 def main() -> None:
-    """Print our time and that of MuJoCo for every number of balls, each as soon as it is known."""
+    """Print our time and that of others for every number of balls, each as soon as it is known."""
     tolerance = 1e-2
     for count in [int(x) for x in sys.argv[1:]] or [125, 1000]:
         at, half = places(abs(count))
@@ -102,6 +154,8 @@ def main() -> None:
             continue
         theirs, others = with_mujoco(at, half)
         print(f"  MuJoCo: {1e3 * theirs:.2f} ms with {others}; ratio {ours / theirs:.2f}", flush=True)
+        theirs = with_exudyn(at, half)
+        print(f"  Exudyn: {1e3 * theirs:.2f} ms in {FINE} steps; ratio {ours / theirs:.2f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -47,6 +47,27 @@ def test_ball_on_the_floor(rule):
     np.testing.assert_allclose(solution["v"][-1], (0.5, 0, 0.3), atol=1e-9)
 
 
+@pytest.mark.parametrize("rule", ["Newton", "Poisson"])
+@pytest.mark.parametrize(("e", "h", "m"), [(0.9, 1.0, 1.0), (0.6, 0.05, 40.0)])
+def test_the_last_bounces_end(rule, e, h, m):
+    """At rest after sqrt(2 h / g) (1 + e) / (1 - e): what holds the weight in a step is not given back."""
+    g, radius = 9.81, 0.1
+    end = np.sqrt(2.0 * h / g) * (1.0 + e) / (1.0 - e)
+    model = fmb.Model(
+        gravity=(0, 0, -g),
+        bodies=[fmb.Ground(), fmb.RigidBody("b", mass=m, inertia=(0.004 * m,) * 3, at=(0, 0, radius + h))],
+        surfaces=[
+            fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane()),
+            fmb.Surface("b", marker="b.center", shape=fmb.Sphere(radius=radius)),
+        ],
+        forces=[fmb.SurfaceContact("c", surfaces=("floor", "b"), law=fmb.Rigid(restitution=e, rule=rule))],
+        sensors=[fmb.Velocity("v", marker="b.center")],
+    )
+    solution = fmb.simulate(model, 1.5 * end, integrator=fmb.MoreauJean(step=end / 5000), samples=1501)
+    moving = solution.t[np.abs(np.asarray(solution["v"])[:, 2]) > 1e-9]
+    assert 0.98 * end < moving[-1] < 1.001 * end
+
+
 def slipping_rod(law, *, speed=1.0, sideways=0.0):
     """Return a rod of 1 kg and 1 m at 45 degrees whose lower end strikes a floor."""
     half, c = 0.5, np.cos(np.pi / 4)

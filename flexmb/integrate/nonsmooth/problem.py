@@ -32,6 +32,7 @@ POINT = np.dtype(
         ("gap", float),  # m
         ("restitution", float),
         ("poisson", float),
+        ("share", float),  # part of an approach that the body has without the forces of the step
         ("friction", float),
         ("drilling", float),  # m
         ("rolling", float),  # m

@@ -61,7 +61,9 @@ def _two_phases(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> Sol
     if not first.residual <= goal:
         return first
     compressing = p.P.copy()
-    back = np.where(p.active == 2, p.points["poisson"] * compressing[:, 0], 0.0)
+    # what holds bodies up against the forces of the step is no impulse of an impact: given back, it would keep the last
+    # bounces going, v = e (v + g h) with the speed e g h / (1 - e) for ever
+    back = np.where(p.active == 2, p.points["poisson"] * p.points["share"] * compressing[:, 0], 0.0)
     p.shift[(p.active == 2) & (p.shift < 0.0)] = 0.0
     p.least[:] = back
     p.P[:] = 0.0

@@ -1,4 +1,4 @@
-"""All contacts of a step: sweeps, and Newton's method where they are slow, until every law holds to the tolerance."""
+"""All contacts of a step: sweeps, and other methods where they are slow, until every law holds to the tolerance."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.integrate.nonsmooth.accelerated import accelerate
+from flexmb.integrate.nonsmooth.hastened import hasten
 from flexmb.integrate.nonsmooth.newton import newton
 from flexmb.integrate.nonsmooth.problem import Problem, residuals, sweep, velocity_of
 from flexmb.math.kernel import kernel
@@ -21,7 +22,8 @@ SMALL, LONG = 600, 400
 """Rows up to which Newton's method tries soon, and sweeps after which it does with more: a matrix of many costs as much
 as hundreds of sweeps."""
 MANY, RUSH = 300, 1000
-"""Rows from which on accelerated gradients are tried first, and their steps, which count as sweeps."""
+"""Rows from which on sweeps have momentum and accelerated gradients follow them, and the steps of either, which count
+as sweeps."""
 AGAIN = 200
 """Sweeps between two attempts of Newton's method, or of gradients."""
 
@@ -54,8 +56,8 @@ def _velocities(p, v, xi):
 def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> Solved:
     """Find the impulses with which every contact obeys its laws to `goal`, m/s; `v` comes with the present ones.
 
-    Sweeps go on as long as they promise to end; otherwise Newton's method tries from where they are, and sweeps go on
-    where it does not get there. At most so many sweeps are made; the residual tells what is left.
+    Many contacts are swept with momentum. Sweeps go on as long as they promise to end; otherwise gradients and Newton's
+    method try from where they are, and sweeps go on where these do not get there. At most so many sweeps are made; the residual tells what is left.
     """
     out = np.zeros(len(p.points))
     size = int(np.sum(p.rows[p.active > 0]))
@@ -72,6 +74,9 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
         sweep(p, parts, v, done % 2 == 1)
         done += 1
     residual, worst = residuals(p, v, out)
+    if residual > goal and size > MANY:
+        done += hasten(p, parts, v, goal, min(RUSH, most - done))
+        residual, worst = residuals(p, v, out)
     while residual > goal and done < most:
         for _ in range(FIRST if done == LEAST else LOOK):
             change, _unsolved = sweep(p, parts, v, done % 2 == 1)

@@ -85,6 +85,7 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
         gap = point.gap - 0.5 * h * was[0]
         gained = max(0.0, was[0] - xi[0])
         p.active[i] = 1
+        point.share = 1.0
         # what rests shares its load whatever is rounded, or left open by the tolerance of steps before
         p.shift[i] = max(gap - tiny - UNTOLD * tolerance * gained * h, 0.0) / h
         e = max(point.restitution, point.poisson)
@@ -92,6 +93,7 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
             if was[0] < -max(SLOW * gained, tiny / h):  # an impact, at once or in a later step
                 p.shift[i] = point.restitution * was[0]
                 p.active[i] = 2 if point.gap <= tiny else 0
+                point.share = was[0] / (was[0] - gained)
             elif gap > 2.0 * SLOW * gained * h + tiny:
                 p.active[i] = 0
         if not p.D[36 * i] > 0.0:
