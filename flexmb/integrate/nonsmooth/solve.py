@@ -57,7 +57,8 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
     """Find the impulses with which every contact obeys its laws to `goal`, m/s; `v` comes with the present ones.
 
     Many contacts are swept with momentum. Sweeps go on as long as they promise to end; otherwise gradients and Newton's
-    method try from where they are, and sweeps go on where these do not get there. At most so many sweeps are made; the residual tells what is left.
+    method try from where they are, and sweeps go on where these do not get there. At most so many sweeps are made; the
+    residual tells what is left.
     """
     out = np.zeros(len(p.points))
     size = int(np.sum(p.rows[p.active > 0]))
