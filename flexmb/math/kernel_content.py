@@ -195,6 +195,8 @@ def _type_parts(kind: Any) -> Iterator[str]:
     if isinstance(kind, types.Array):
         yield type_text(kind.dtype)
         yield f"{kind.ndim} {kind.layout} {kind.mutable} {kind.aligned}"
+        if isinstance(kind, types.NestedArray):  # of a record: its sizes are part of the type
+            yield str(kind.shape)
     elif isinstance(kind, Structure):
         yield f"{kind.kind.__module__}.{kind.kind.__qualname__}{kind.kind._fields}"
         yield from map(type_text, kind.types)

@@ -133,3 +133,9 @@ def test_signature_of_a_call_through_an_address_is_part_of_the_content():
 def test_types_whose_content_cannot_be_told_are_refused():
     with pytest.raises(UnknownContent):
         type_text(types.Opaque(f"thing {object()}"))
+
+
+def test_sizes_of_arrays_in_records_are_part_of_their_types():
+    """numba takes a call with other sizes for another function, and refuses to pass one for the other."""
+    one, other = (types.NestedArray(types.float64, (6, n)) for n in (6, 8))
+    assert type_text(one) != type_text(other)

@@ -69,6 +69,30 @@ def test_chains_with_each_group_of_stiffness(groups, rng):
         assert_same_rates(flexible_chain(n, geometric_stiffness=own), rng)
 
 
+@cache
+def straight_beam(modes: int) -> fmb.ModalNeutralData:
+    """Return a beam with `modes` shapes, six of them of its interfaces; with fewer, one interface that has none."""
+    points = np.column_stack([np.linspace(0.0, 1.0, 6), np.zeros(6), np.zeros(6)])
+    fe = fem.frame(points=points, section=fem.Section.rectangle(0.02, 0.01), material=fmb.MATERIALS["steel"])
+    ends = {"root": [0], "tip": [5]} if modes >= 6 else {"root": [0]}
+    stations = {} if modes >= 6 else {"tip": (1.0, 0.0, 0.0)}
+    inner = modes - 6 if modes >= 6 else modes
+    return reduction.reduce(fe, interfaces=ends, modes=inner, stations=stations, geometric_stiffness=True)
+
+
+@pytest.mark.parametrize("modes", [(1,), (2, 1), (6,), (8,), (16,), (17,), (17, 1, 8), (6, 16, 9, 7)])
+def test_any_number_of_modes(modes, rng):
+    """Rows over the modes are filled up to eights: numbers at and beside whole eights, and different ones in a tree."""
+    bodies = [fmb.FloatingBody(f"f{k}", data=straight_beam(m), at=(k, 0, 0), damping=0.01) for k, m in enumerate(modes)]
+    ends = ["ground.origin", *(f"f{k}.tip" for k in range(len(modes)))]
+    kinds = (fmb.Revolute, fmb.Spherical, fmb.Prismatic)
+    joints = [kinds[k % 3](f"j{k}", markers=(ends[k], f"f{k}.root")) for k in range(len(modes))]
+    load = fmb.PointLoad("pull", marker=ends[-1], force=(8.0, 2.0, 3.0))
+    assert_same_rates(
+        fmb.Model(gravity=(1, -9.81, 2), bodies=[fmb.Ground(), *bodies], joints=joints, forces=[load]), rng
+    )
+
+
 def test_branches_of_rigid_and_flexible_bodies(rng):
     """The hub carries a wing, a fin and rigid branches; a ball hangs on the wing."""
     model = branched()

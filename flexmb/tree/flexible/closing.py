@@ -32,7 +32,8 @@ def _collect(tree, body, W, wrench, e, loads):
             used = used or own[i] != 0.0
         if not used:
             continue
-        E, loaded = flexible.E[n], flexible.loaded[n]
+        E = flexible.E[n]
+        loaded = flexible.loaded[place.kept] if place.interface >= 0 else E
         before = (W[0], W[1], W[2], W[3], W[4], W[5])
         pass_on(tree.rows[place.link], own, W)
         for i in range(6):
@@ -41,7 +42,8 @@ def _collect(tree, body, W, wrench, e, loads):
                 e[j] += x * (loaded[i, j] if loads == 1 else E[i, j])
         own[:] = 0.0
     if body.clamp >= 0:
-        E, loaded = flexible.E[body.clamp], flexible.loaded[body.clamp]
+        E, place = flexible.E[body.clamp], flexible.places[body.clamp]
+        loaded = flexible.loaded[place.kept] if place.interface >= 0 else E
         for i in range(6):
             for j in range(m):
                 e[j] -= W[i] * (loaded[i, j] if loads == 1 else E[i, j])
@@ -65,7 +67,7 @@ def _leave_body(tree, link, W, own, push, give, rows, wrench):
     body = tree.flexible.bodies[link.block]
     m = body.m
     flexible = tree.flexible
-    L, K, B = flexible.L[link.block], flexible.K[link.block], flexible.B[link.block]
+    L, K, B = flexible.L[link.block], flexible.K[body.kept], flexible.B[body.kept]
     _collect(tree, body, W, tree.closing.wrench, push, 1)
     _collect(tree, body, own, wrench, rows, 0)
     for j in range(m):

@@ -1,54 +1,118 @@
-"""Inertia of flexible links: their own terms, what links on them add, and the elimination of the modes.
+"""Inertia of flexible links: the terms of a body alone; what links on it add is in `carried`.
 
 In (angular, linear) of the frame, about its origin, with the modes behind. The six columns of inertias have a seventh,
-the force at rate zero, so that both take the same sums; an eighth is zero.
+the force at rate zero, so that both take the same sums; an eighth is zero. Rows over the modes are filled up to eights.
 """
 
 from __future__ import annotations
 
+from flexmb.math.eights import (
+    WIDTH,
+    keep,
+    keep_columns,
+    less,
+    more,
+    part,
+    plus,
+    read,
+    same,
+    times,
+    totals,
+)
 from flexmb.math.kernel import inner_kernel, kernel
 
-__all__ = ["add_links", "eliminate", "hang", "own_terms", "stiffened_columns"]
+__all__ = ["filled", "own_terms"]
+
+
+@kernel
+def filled(m):
+    """Return the length of a row over m modes, filled up to eights."""
+    return (m + WIDTH - 1) // WIDTH * WIDTH
 
 
 @inner_kernel
-def _sum_rows(x, at, constants, first, size, n, out):
-    """Write sum_j x[at + j] row_j, of n rows of `size` numbers, to `out`; three at a time, element by element."""
-    for i in range(size):
-        out[i] = 0.0
-    j = 0
-    while j + 2 < n:
-        a, b, c = x[at + j], x[at + j + 1], x[at + j + 2]
-        row = constants[first + j * size : first + (j + 1) * size]
-        other = constants[first + (j + 1) * size : first + (j + 2) * size]
-        third = constants[first + (j + 2) * size : first + (j + 3) * size]
-        for i in range(size):
-            out[i] += a * row[i] + b * other[i] + c * third[i]
-        j += 3
-    while j < n:
-        a = x[at + j]
-        row = constants[first + j * size : first + (j + 1) * size]
-        for i in range(size):
-            out[i] += a * row[i]
-        j += 1
+def _sum_rows(x, at, c, first, eights, n, out):
+    """Write sum_j x[at + j] row_j, of n rows that stand by eights of their columns, to `out`."""
+    k, step = 0, WIDTH * n
+    while k < eights:
+        p = first + step * k
+        a, b, d, e = same(0.0), same(0.0), same(0.0), same(0.0)
+        if k + 3 < eights:
+            for j in range(n):
+                f, q = same(x[at + j]), p + WIDTH * j
+                a = more(a, f, read(c, q))
+                b = more(b, f, read(c, q + step))
+                d = more(d, f, read(c, q + 2 * step))
+                e = more(e, f, read(c, q + 3 * step))
+            keep(out, WIDTH * (k + 1), b)
+            keep(out, WIDTH * (k + 2), d)
+            keep(out, WIDTH * (k + 3), e)
+            keep(out, WIDTH * k, a)
+            k += 4
+            continue
+        for j in range(n):
+            a = more(a, same(x[at + j]), read(c, p + WIDTH * j))
+        keep(out, WIDTH * k, a)
+        k += 1
 
 
 @inner_kernel
-def _own_inertia(link, m, ww1, vw0, bent, eta, vw, P):
+def _totals(x, v, body, c, ww1, vn, by_shape, by_rate, sums):
+    """Write what the modes add to inertia, its rate, momentum and spin of the frame to sums (24,).
+
+    Six of M_ww by the shape, six of what the rates make of it, momentum, spin, moment of the rates, and dissipation.
+    """
+    m = body.m
+    size = filled(m)
+    zero = same(0.0)
+    a, b, d, e, f, g = zero, zero, zero, zero, zero, zero
+    h, i, j, k, n, o = zero, zero, zero, zero, zero, zero
+    p, q, r, s, t, u = zero, zero, zero, zero, zero, zero
+    w, y, z, loss = zero, zero, zero, zero
+    for at in range(0, size, WIDTH):
+        eta, rate = part(x, body.coordinate + at, m - at), part(v, body.rate + at, m - at)
+        bent, own = read(by_shape, at), read(c, ww1 + at)
+        both = plus(bent, own)
+        a, h = more(a, eta, both), more(h, rate, plus(bent, both))
+        bent, own = read(by_shape, size + at), read(c, ww1 + size + at)
+        both = plus(bent, own)
+        b, i = more(b, eta, both), more(i, rate, plus(bent, both))
+        bent, own = read(by_shape, 2 * size + at), read(c, ww1 + 2 * size + at)
+        both = plus(bent, own)
+        d, j = more(d, eta, both), more(j, rate, plus(bent, both))
+        bent, own = read(by_shape, 3 * size + at), read(c, ww1 + 3 * size + at)
+        both = plus(bent, own)
+        e, k = more(e, eta, both), more(k, rate, plus(bent, both))
+        bent, own = read(by_shape, 4 * size + at), read(c, ww1 + 4 * size + at)
+        both = plus(bent, own)
+        f, n = more(f, eta, both), more(n, rate, plus(bent, both))
+        bent, own = read(by_shape, 5 * size + at), read(c, ww1 + 5 * size + at)
+        both = plus(bent, own)
+        g, o = more(g, eta, both), more(o, rate, plus(bent, both))
+        p = more(p, rate, read(c, vn + at))
+        q = more(q, rate, read(c, vn + size + at))
+        r = more(r, rate, read(c, vn + 2 * size + at))
+        s = more(s, rate, read(by_shape, 6 * size + at))
+        t = more(t, rate, read(by_shape, 7 * size + at))
+        u = more(u, rate, read(by_shape, 8 * size + at))
+        w = more(w, rate, read(by_rate, at))
+        y = more(y, rate, read(by_rate, size + at))
+        z = more(z, rate, read(by_rate, 2 * size + at))
+        loss = more(loss, rate, read(by_rate, 6 * size + at))
+    keep(sums, 0, totals(a, b, d, e, f, g, h, i))
+    keep(sums, WIDTH, totals(j, k, n, o, p, q, r, s))
+    keep(sums, 2 * WIDTH, totals(t, u, w, y, z, loss, zero, zero))
+
+
+@inner_kernel
+def _own_inertia(link, sums, vw0, vw, P):
     """Write the inertia of the frame for the present shape to P (6, 8).
 
-    bent (6 m,) : sum of ww2; vw (9,) : what the modes add to M_vw
+    sums : of `_totals`; vw (9,) : what the modes add to M_vw
     """
     J = link.J
-    xx, xy, xz, yy, yz, zz = J[0], J[1], J[2], J[3], J[4], J[5]
-    for j in range(m):
-        e = eta[j]
-        xx += e * (bent[j] + ww1[j])
-        yy += e * (bent[m + j] + ww1[m + j])
-        zz += e * (bent[2 * m + j] + ww1[2 * m + j])
-        xy += e * (bent[3 * m + j] + ww1[3 * m + j])
-        yz += e * (bent[4 * m + j] + ww1[4 * m + j])
-        xz += e * (bent[5 * m + j] + ww1[5 * m + j])
+    xx, yy, zz = J[0] + sums[0], J[3] + sums[1], J[5] + sums[2]
+    xy, yz, xz = J[1] + sums[3], J[4] + sums[4], J[2] + sums[5]
     P[0, 0], P[0, 1], P[0, 2] = xx, xy, xz
     P[1, 0], P[1, 1], P[1, 2] = xy, yy, yz
     P[2, 0], P[2, 1], P[2, 2] = xz, yz, zz
@@ -60,34 +124,17 @@ def _own_inertia(link, m, ww1, vw0, bent, eta, vw, P):
 
 
 @inner_kernel
-def _velocity_terms(V, m, ww1, bent, rates, wn, vn, by_rate, P, L):
-    """Write velocity terms of the frame to P[:, 6], those of -1/2 w . M_ww w to L[:, 6]; P has the inertia.
+def _velocity_terms(V, sums, d, P):
+    """Write velocity terms of the frame to P[:, 6]; P has the inertia.
 
-    wn, vn (3 m,) : momenta of the modes
+    sums : of `_totals`; d (9,) : the rate of M_vw
     """
     a, b, c = V[0], V[1], V[2]
     u, v, w = V[3], V[4], V[5]
-    xx, yy, zz, xy, yz, xz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    p, q, r = P[3, 3] * u, P[4, 4] * v, P[5, 5] * w
-    f, g, k = 0.0, 0.0, 0.0
-    x, y, z = 0.0, 0.0, 0.0
-    for j in range(m):
-        e = rates[j]
-        xx += e * (2.0 * bent[j] + ww1[j])
-        yy += e * (2.0 * bent[m + j] + ww1[m + j])
-        zz += e * (2.0 * bent[2 * m + j] + ww1[2 * m + j])
-        xy += e * (2.0 * bent[3 * m + j] + ww1[3 * m + j])
-        yz += e * (2.0 * bent[4 * m + j] + ww1[4 * m + j])
-        xz += e * (2.0 * bent[5 * m + j] + ww1[5 * m + j])
-        p += vn[j] * e
-        q += vn[m + j] * e
-        r += vn[2 * m + j] * e
-        f += wn[j] * e
-        g += wn[m + j] * e
-        k += wn[2 * m + j] * e
-        x += by_rate[j] * e
-        y += by_rate[m + j] * e
-        z += by_rate[2 * m + j] * e
+    xx, yy, zz, xy, yz, xz = sums[6], sums[7], sums[8], sums[9], sums[10], sums[11]
+    p, q, r = sums[12] + P[3, 3] * u, sums[13] + P[4, 4] * v, sums[14] + P[5, 5] * w
+    f, g, k = sums[15], sums[16], sums[17]
+    x, y, z = sums[18], sums[19], sums[20]
     # momentum (p, q, r), spin (f, g, k)
     p += P[3, 0] * a + P[3, 1] * b + P[3, 2] * c
     q += P[4, 0] * a + P[4, 1] * b + P[4, 2] * c
@@ -95,7 +142,6 @@ def _velocity_terms(V, m, ww1, bent, rates, wn, vn, by_rate, P, L):
     f += P[0, 0] * a + P[0, 1] * b + P[0, 2] * c + P[3, 0] * u + P[4, 0] * v + P[5, 0] * w
     g += P[1, 0] * a + P[1, 1] * b + P[1, 2] * c + P[3, 1] * u + P[4, 1] * v + P[5, 1] * w
     k += P[2, 0] * a + P[2, 1] * b + P[2, 2] * c + P[3, 2] * u + P[4, 2] * v + P[5, 2] * w
-    d = by_rate[6 * m : 6 * m + 9]
     x += d[0] * u + d[3] * v + d[6] * w + xx * a + xy * b + xz * c
     y += d[1] * u + d[4] * v + d[7] * w + xy * a + yy * b + yz * c
     z += d[2] * u + d[5] * v + d[8] * w + xz * a + yz * b + zz * c
@@ -105,47 +151,102 @@ def _velocity_terms(V, m, ww1, bent, rates, wn, vn, by_rate, P, L):
     P[3, 6] = d[0] * a + d[1] * b + d[2] * c + b * r - c * q
     P[4, 6] = d[3] * a + d[4] * b + d[5] * c + c * p - a * r
     P[5, 6] = d[6] * a + d[7] * b + d[8] * c + a * q - b * p
-    xx, yy, zz, xy, yz, xz = a * a, b * b, c * c, 2.0 * a * b, 2.0 * b * c, 2.0 * a * c
-    for j in range(m):
-        L[j, 6] = -(
-            xx * (bent[j] + 0.5 * ww1[j])
-            + yy * (bent[m + j] + 0.5 * ww1[m + j])
-            + zz * (bent[2 * m + j] + 0.5 * ww1[2 * m + j])
-            + xy * (bent[3 * m + j] + 0.5 * ww1[3 * m + j])
-            + yz * (bent[4 * m + j] + 0.5 * ww1[4 * m + j])
-            + xz * (bent[5 * m + j] + 0.5 * ww1[5 * m + j])
-        )
 
 
 @inner_kernel
-def _stiffen_by_inertia(V, m, g, mean, K, L):
-    """Add what accelerations and spin make of the modal rows; g (12 m,) are the products of the unit fields."""
+def _modal_force(V, size, at, c, ww1, vw1, by_shape, by_rate):
+    """Return the velocity terms, elastic and damping forces of eight modes from `at` on."""
+    a, b, e = V[0], V[1], V[2]
+    u, v, w = V[3], V[4], V[5]
+    h = plus(read(by_shape, 9 * size + at), read(by_rate, 6 * size + at))
+    h = less(h, a * a, more(read(by_shape, at), 0.5, read(c, ww1 + at)))
+    h = less(h, b * b, more(read(by_shape, size + at), 0.5, read(c, ww1 + size + at)))
+    h = less(h, e * e, more(read(by_shape, 2 * size + at), 0.5, read(c, ww1 + 2 * size + at)))
+    h = less(h, 2.0 * a * b, more(read(by_shape, 3 * size + at), 0.5, read(c, ww1 + 3 * size + at)))
+    h = less(h, 2.0 * b * e, more(read(by_shape, 4 * size + at), 0.5, read(c, ww1 + 4 * size + at)))
+    h = less(h, 2.0 * a * e, more(read(by_shape, 5 * size + at), 0.5, read(c, ww1 + 5 * size + at)))
+    h = more(h, a, read(by_rate, 3 * size + at))
+    h = more(h, b, read(by_rate, 4 * size + at))
+    h = more(h, e, read(by_rate, 5 * size + at))
+    first = vw1 + at
+    h = less(h, u * a, read(c, first))
+    h = less(h, u * b, read(c, first + size))
+    h = less(h, u * e, read(c, first + 2 * size))
+    h = less(h, v * a, read(c, first + 3 * size))
+    h = less(h, v * b, read(c, first + 4 * size))
+    h = less(h, v * e, read(c, first + 5 * size))
+    h = less(h, w * a, read(c, first + 6 * size))
+    h = less(h, w * b, read(c, first + 7 * size))
+    return less(h, w * e, read(c, first + 8 * size))
+
+
+@inner_kernel
+def _stiffened_force(V, size, g, at):
+    """Return what speeds make of eight modes from `at` on; from g on stand the products of the unit fields."""
     a, b, c = V[0], V[1], V[2]
     u, v, w = V[3], V[4], V[5]
-    x, y, z = b * w - c * v, c * u - a * w, a * v - b * u
     square = a * a + b * b + c * c
-    for j in range(m):
-        s = x * g[j] + y * g[m + j] + z * g[2 * m + j]
-        s += (a * a - square) * g[3 * m + j] + (b * b - square) * g[7 * m + j] + (c * c - square) * g[11 * m + j]
-        s += a * b * (g[4 * m + j] + g[6 * m + j]) + a * c * (g[5 * m + j] + g[9 * m + j])
-        L[j, 6] += s + b * c * (g[8 * m + j] + g[10 * m + j])
-        d, e, f = g[10 * m + j] - g[8 * m + j], g[5 * m + j] - g[9 * m + j], g[6 * m + j] - g[4 * m + j]
-        p, q, r = g[j], g[m + j], g[2 * m + j]
-        L[j, 0] += d
-        L[j, 1] += e
-        L[j, 2] += f
-        L[j, 3] += p
-        L[j, 4] += q
-        L[j, 5] += r
-        row = K[j]
-        for k in range(m):
-            row[k] += p * mean[k] + q * mean[m + k] + r * mean[2 * m + k]
-            row[k] += d * mean[3 * m + k] + e * mean[4 * m + k] + f * mean[5 * m + k]
+    h = times(b * w - c * v, read(g, at))
+    h = more(h, c * u - a * w, read(g, size + at))
+    h = more(h, a * v - b * u, read(g, 2 * size + at))
+    h = more(h, a * a - square, read(g, 3 * size + at))
+    h = more(h, b * b - square, read(g, 7 * size + at))
+    h = more(h, c * c - square, read(g, 11 * size + at))
+    h = more(h, a * b, plus(read(g, 4 * size + at), read(g, 6 * size + at)))
+    h = more(h, a * c, plus(read(g, 5 * size + at), read(g, 9 * size + at)))
+    return more(h, b * c, plus(read(g, 8 * size + at), read(g, 10 * size + at)))
+
+
+@inner_kernel
+def _modal_rows(V, body, c, fixed, g, by_shape, by_rate, L, B):
+    """Write the rows of the modes, what stiffens them by inertia added; from g on stand the products of unit fields."""
+    m = body.m
+    size = filled(m)
+    zero = same(0.0)
+    ww1, vn, vw1 = fixed, fixed + 9 * size, fixed + 12 * size
+    for at in range(0, size, WIDTH):
+        h = _modal_force(V, size, at, c, ww1, vw1, by_shape, by_rate)
+        d, e, f = read(by_shape, 6 * size + at), read(by_shape, 7 * size + at), read(by_shape, 8 * size + at)
+        p, q, r = read(c, vn + at), read(c, vn + size + at), read(c, vn + 2 * size + at)
+        keep(B, (0, at), d)
+        keep(B, (1, at), e)
+        keep(B, (2, at), f)
+        keep(B, (3, at), p)
+        keep(B, (4, at), q)
+        keep(B, (5, at), r)
+        if body.by_inertia > 0:
+            h = plus(h, _stiffened_force(V, size, g, at))
+            d = plus(d, less(read(g, 10 * size + at), 1.0, read(g, 8 * size + at)))
+            e = plus(e, less(read(g, 5 * size + at), 1.0, read(g, 9 * size + at)))
+            f = plus(f, less(read(g, 6 * size + at), 1.0, read(g, 4 * size + at)))
+            p, q, r = plus(p, read(g, at)), plus(q, read(g, size + at)), plus(r, read(g, 2 * size + at))
+        keep_columns(L, at, d, e, f, p, q, r, h, zero)
+
+
+@inner_kernel
+def _modal_inertia(body, c, nn, g, K):
+    """Write the modal inertia, what stiffens it by inertia added; from g on stand the products of the unit fields."""
+    m = body.m
+    size = filled(m)
+    mean = nn + m * size
+    for at in range(0, size, WIDTH):
+        if body.by_inertia == 0:
+            for j in range(m):
+                keep(K, (j, at), read(c, nn + j * size + at))
+            continue
+        a, b, d = read(c, mean + at), read(c, mean + size + at), read(c, mean + 2 * size + at)
+        e, f, h = read(c, mean + 3 * size + at), read(c, mean + 4 * size + at), read(c, mean + 5 * size + at)
+        for j in range(m):
+            x = more(read(c, nn + j * size + at), g[j], a)
+            x = more(more(x, g[size + j], b), g[2 * size + j], d)
+            x = more(x, g[10 * size + j] - g[8 * size + j], e)
+            x = more(x, g[5 * size + j] - g[9 * size + j], f)
+            keep(K, (j, at), more(x, g[6 * size + j] - g[4 * size + j], h))
 
 
 @inner_kernel
 def _add_loads(body, row, c, at, x, v, loads, energy, g, P, L):
-    """Subtract the load shapes times their amounts, add their stiffening; g (n m,) are its products by loads."""
+    """Subtract the load shapes times their amounts, add their stiffening; g (n, filled m) are its products by loads."""
     m, size = body.m, 6 + body.m
     eta, rate, V = x[body.coordinate :], v[body.rate :], row.twist
     for n in range(max(body.shapes, body.turning)):
@@ -171,7 +272,7 @@ def _add_loads(body, row, c, at, x, v, loads, energy, g, P, L):
         for n in range(body.by_loads + 1):
             amount = loads[body.first_load + n] if n < body.by_loads else 1.0
             for j in range(m):
-                L[j, 6] += amount * g[n * m + j]
+                L[j, 6] += amount * g[n * filled(m) + j]
 
 
 @kernel
@@ -180,52 +281,34 @@ def own_terms(tree, body, work, scratch, P, K, L, B):
 
     Those of the interfaces stand in scratch[0], from the place on that is returned.
 
-    P (6, 8), K (m, m), L (m, 8), B (6, m) : blocks ``[P, B; L, K]``
+    P (6, 8), K (m, filled m), L (filled m, 8), B (6, filled m) : blocks ``[P, B; L, K]``
     """
     c, m = tree.flexible.constants, body.m
+    size, at = filled(m), body.constants
     link, row = tree.links[body.link], tree.rows[body.link]
-    size, at = m * (10 + body.stiffened) + 9, body.constants
-    by_shape, by_rate, wn = scratch[0], scratch[1], scratch[2]
-    _sum_rows(tree.x, body.coordinate, c, at, size, m, by_shape)
-    at += m * size
-    size = 7 * m + 9
-    _sum_rows(tree.v, body.rate, c, at, size, m, by_rate)
-    at += m * size
-    eta, rate, V = tree.x[body.coordinate :], tree.v[body.rate :], row.twist
-    ww1, vn = c[at:], c[at + 9 * m :]
-    for i in range(3 * m):
-        wn[i] = c[at + 6 * m + i] + by_shape[6 * m + i]
-    vw1, at = c[at + 12 * m :], at + 21 * m
-    _own_inertia(link, m, ww1, c[at : at + 9], by_shape, eta, by_shape[9 * m : 9 * m + 9], P)
-    _velocity_terms(V, m, ww1, by_shape, rate, wn, vn, by_rate, P, L)
-    at += 9
-    a, b, e = V[0], V[1], V[2]
-    u, v, w = V[3], V[4], V[5]
-    elastic, damping, odd = 9 * m + 9, 6 * m + 9, 3 * m
-    dissipation = 0.0
-    for j in range(m):
-        p, q, r = vn[j], vn[m + j], vn[2 * m + j]
-        f, g, k = wn[j], wn[m + j], wn[2 * m + j]
-        B[0, j], B[1, j], B[2, j], B[3, j], B[4, j], B[5, j] = f, g, k, p, q, r
-        L[j, 0], L[j, 1], L[j, 2], L[j, 3], L[j, 4], L[j, 5], L[j, 7] = f, g, k, p, q, r, 0.0
-        damped = by_rate[damping + j]
-        dissipation += damped * rate[j]
-        x = a * by_rate[odd + j] + b * by_rate[odd + m + j] + e * by_rate[odd + 2 * m + j]
-        x -= u * (vw1[j] * a + vw1[m + j] * b + vw1[2 * m + j] * e)
-        x -= v * (vw1[3 * m + j] * a + vw1[4 * m + j] * b + vw1[5 * m + j] * e)
-        x -= w * (vw1[6 * m + j] * a + vw1[7 * m + j] * b + vw1[8 * m + j] * e)
-        L[j, 6] += x + by_shape[elastic + j] + damped
-        for i in range(m):
-            K[j, i] = c[at + j * m + i]
-    at += m * m
-    work.energy[0].dissipation += dissipation
-    stiffness = 10 * m + 9
-    if body.by_inertia > 0:
-        _stiffen_by_inertia(V, m, by_shape[stiffness:], c[at:], K, L)
-    interfaces = stiffness + body.by_inertia * m
+    by_shape, by_rate, sums = scratch[0], scratch[1], tree.flexible.sums
+    turned = (10 + body.stiffened) * size
+    eights = turned // WIDTH + 2
+    _sum_rows(tree.x, body.coordinate, c, at, eights, m, by_shape)
+    at += m * eights * WIDTH
+    eights = 7 * size // WIDTH + 2
+    _sum_rows(tree.v, body.rate, c, at, eights, m, by_rate)
+    fixed = at + m * eights * WIDTH
+    for k in range(6 * size, 9 * size, WIDTH):  # momenta of the modes about the origin
+        keep(by_shape, k, plus(read(by_shape, k), read(c, fixed + k)))
+    V, g = row.twist, by_shape[10 * size :]
+    _totals(tree.x, tree.v, body, c, fixed, fixed + 9 * size, by_shape, by_rate, sums)
+    nn = fixed + 21 * size
+    at = nn + (m + 6) * size
+    _own_inertia(link, sums, c[at : at + 9], by_shape[turned:], P)
+    _velocity_terms(V, sums, by_rate[7 * size :], P)
+    _modal_rows(V, body, c, fixed, g, by_shape, by_rate, L, B)
+    _modal_inertia(body, c, nn, g, K)
+    work.energy[0].dissipation += sums[21]
+    interfaces = (10 + body.by_inertia) * size
     if body.shapes > 0 or body.turning > 0 or body.stiffened > 0:
-        last = by_shape[interfaces + 6 * body.by_interfaces * m :]
-        _add_loads(body, row, c, at + 6 * m, tree.x, tree.v, work.loads, work.energy, last, P, L)
+        last = by_shape[interfaces + 6 * body.by_interfaces * size :]
+        _add_loads(body, row, c, at + 9, tree.x, tree.v, work.loads, work.energy, last, P, L)
     if len(tree.program.forces) > 0:
         for i in range(3):
             P[3 + i, 6] += work.residual[body.u + i]
@@ -233,111 +316,3 @@ def own_terms(tree, body, work, scratch, P, K, L, B):
         for j in range(m):
             L[j, 6] += work.residual[body.u + 6 + j]
     return interfaces
-
-
-@kernel
-def stiffened_columns(s, m, products, E, loaded):
-    """Write E less what a wrench of a place at s (3,) does through the stiffness to `loaded`.
-
-    products : of the unit forces and moments at the place, (6 m,), in body axes
-    """
-    x, y, z = s[0], s[1], s[2]
-    for j in range(m):
-        f, g, h = products[j], products[m + j], products[2 * m + j]
-        p, q, r = products[3 * m + j], products[4 * m + j], products[5 * m + j]
-        loaded[0, j], loaded[1, j], loaded[2, j] = E[0, j] - p, E[1, j] - q, E[2, j] - r
-        loaded[3, j] = E[3, j] - f - (y * r - z * q)
-        loaded[4, j] = E[4, j] - g - (z * p - x * r)
-        loaded[5, j] = E[5, j] - h - (x * q - y * p)
-
-
-@inner_kernel
-def _add_products(sign, E, A, m, out):
-    """Add sign E^T A, E (6, m), A (6, 8), to `out` (m, 8)."""
-    for j in range(m):
-        a, b, c = sign * E[0, j], sign * E[1, j], sign * E[2, j]
-        d, e, f = sign * E[3, j], sign * E[4, j], sign * E[5, j]
-        for i in range(8):
-            out[j, i] += a * A[0, i] + b * A[1, i] + c * A[2, i] + d * A[3, i] + e * A[4, i] + f * A[5, i]
-
-
-@inner_kernel
-def _times(A, E, m, out):
-    """Write A E, A (6, 8) without its last columns, E (6, m), to `out` (6, m)."""
-    for i in range(6):
-        a, b, c, d, e, f = A[i, 0], A[i, 1], A[i, 2], A[i, 3], A[i, 4], A[i, 5]
-        for j in range(m):
-            out[i, j] = a * E[0, j] + b * E[1, j] + c * E[2, j] + d * E[3, j] + e * E[4, j] + f * E[5, j]
-
-
-@kernel
-def add_links(E, loaded, A, m, P, K, L, B, product):
-    """Add inertia and force A (6, 8) of what a place carries, moved to the frame, to the body's."""
-    for i in range(6):
-        for j in range(8):
-            P[i, j] += A[i, j]
-    _add_products(1.0, loaded, A, m, L)
-    _times(A, E, m, product)
-    for i in range(6):
-        for j in range(m):
-            B[i, j] += product[i, j]
-    _add_modal(1.0, loaded, product, m, K)
-
-
-@inner_kernel
-def _add_modal(sign, loaded, product, m, K):
-    """Add sign E_L^T X, X (6, m), to K."""
-    for j in range(m):
-        a, b, c = sign * loaded[0, j], sign * loaded[1, j], sign * loaded[2, j]
-        d, e, f = sign * loaded[3, j], sign * loaded[4, j], sign * loaded[5, j]
-        for i in range(m):
-            K[j, i] += a * product[0, i] + b * product[1, i] + c * product[2, i]
-            K[j, i] += d * product[3, i] + e * product[4, i] + f * product[5, i]
-
-
-@kernel
-def hang(E, loaded, m, P, K, L, B, product):
-    """Go from the rate of the frame to the rate of the own marker, moved to the frame: V_frame = V - E eta''."""
-    _times(P, E, m, product)
-    for i in range(6):
-        for j in range(m):
-            B[i, j] -= product[i, j]
-    for j in range(m):
-        a, b, c, d, e, f = L[j, 0], L[j, 1], L[j, 2], L[j, 3], L[j, 4], L[j, 5]
-        for i in range(m):
-            K[j, i] -= a * E[0, i] + b * E[1, i] + c * E[2, i] + d * E[3, i] + e * E[4, i] + f * E[5, i]
-    _add_modal(-1.0, loaded, B, m, K)
-    _add_products(-1.0, loaded, P, m, L)
-
-
-@kernel
-def eliminate(m, P, K, L, B):
-    """Replace K by its factors, L by K^-1 L, P by P - B K^-1 L; False if a motion of the modes has no inertia.
-
-    Without exchange of rows: K is a mass matrix, but for what accelerations do to bent bodies.
-    """
-    for k in range(m):
-        if not K[k, k] > 1e-300:
-            return False
-        f = 1.0 / K[k, k]
-        for i in range(k + 1, m):
-            x = K[i, k] * f
-            K[i, k] = x
-            for j in range(k + 1, m):
-                K[i, j] -= x * K[k, j]
-            for j in range(8):
-                L[i, j] -= x * L[k, j]
-    for k in range(m - 1, -1, -1):
-        f = 1.0 / K[k, k]
-        for j in range(8):
-            L[k, j] *= f
-        for i in range(k):
-            x = K[i, k]
-            for j in range(8):
-                L[i, j] -= x * L[k, j]
-    for i in range(6):
-        for k in range(m):
-            x = B[i, k]
-            for j in range(8):
-                P[i, j] -= x * L[k, j]
-    return True

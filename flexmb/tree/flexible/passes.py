@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.math.eights import WIDTH, keep, put, read
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.rotations import matrix_to_euler
 from flexmb.math.tables import pointer_kernel
-from flexmb.tree.flexible.inertia import add_links, eliminate, hang, own_terms, stiffened_columns
-from flexmb.tree.flexible.shapes import place_bend, place_mount, shape
+from flexmb.tree.flexible.carried import add_links, eliminate, hang, stiffened_columns
+from flexmb.tree.flexible.inertia import filled, own_terms
+from flexmb.tree.flexible.shapes import clear_inertia, place_bend, place_mount, shape
 from flexmb.tree.flexible.tables import RIGID
-from flexmb.tree.flexible.wide import add_own, force_with_bias, give_wide, move_wide, moved, open_wide
+from flexmb.tree.flexible.wide import add_own, clear_wide, force_with_bias, give_wide, move_wide, moved, open_wide
 from flexmb.tree.rigid.link_tree import PASS, SPREAD
 from flexmb.tree.rigid.passes import gather, let_fall, spread
 from flexmb.tree.rigid.places import BEND, FRAME, MOUNT, carry, place_links
@@ -29,21 +31,17 @@ def _write_shape(tree, n, body, A, motion, x):
     flexible = tree.flexible
     place, E, s = flexible.places[n], flexible.E[n], flexible.lever[n]
     eta, rate = tree.x[body.coordinate :], tree.v[body.rate :]
-    shape(place, flexible.shapes[n], body.m, eta, rate, E, A, motion, x)
+    shapes, rises = flexible.shapes[place.shapes], flexible.rises[place.shapes]
+    shape(place, shapes, rises, body.m, eta, rate, E, A, motion, x)
     for i in range(3):
         s[i] = motion[i]
-    if place.interface < 0:
-        loaded = flexible.loaded[n]
-        for i in range(6):
-            for j in range(body.m):
-                loaded[i, j] = E[i, j]
 
 
 @pointer_kernel(PASS)
 def placing(tree, work):
     """Place all links in their parents, write their twists, and own inertias and forces of the rigid ones."""
     flexible, links, rows = tree.flexible, tree.links, tree.rows
-    A, motion, x = np.empty((3, 3)), np.empty(12), np.empty(12)
+    A, motion, x = np.empty((3, 3)), np.empty(12), np.empty(2 * WIDTH)
     for n in range(len(flexible.runs)):
         first, last, kind = flexible.runs[n, 0], flexible.runs[n, 1], flexible.runs[n, 2]
         if kind != BEND and kind != MOUNT:
@@ -54,6 +52,8 @@ def placing(tree, work):
             place = flexible.places[link.block]
             _write_shape(tree, link.block, flexible.bodies[place.body], A, motion, x)
             place_mount(row, rows[link.parent], A, motion)
+            if place.rigid == 1:
+                clear_inertia(row)
             continue
         body = flexible.bodies[link.block]
         if body.clamp >= 0:
@@ -85,23 +85,21 @@ def write_bodies(tree, work):
 
 
 @inner_kernel
-def _stiffen(tree, body, n, products, at):
-    """Write the columns for loads of a place that is an interface of a stiffened body."""
-    place = tree.flexible.places[n]
-    if place.interface >= 0:
-        flexible = tree.flexible
-        own = products[at + 6 * place.interface * body.m :]
-        stiffened_columns(flexible.lever[n], body.m, own, flexible.E[n], flexible.loaded[n])
+def _columns(tree, body, n, products, at):
+    """Return the columns for motions of a place and those for loads, which stiffness changes at interfaces."""
+    flexible = tree.flexible
+    place, E = flexible.places[n], flexible.E[n]
+    if place.interface < 0:
+        return E, E
+    loaded, own = flexible.loaded[place.kept], products[at + 6 * place.interface * filled(body.m) :]
+    stiffened_columns(flexible.lever[n], body.m, own, E, loaded)
+    return E, loaded
 
 
 @inner_kernel
-def _take_loads(row, E, loaded, m, A, half, P, L, out):
+def _take_loads(row, loaded, m, zeros, P, L, out):
     """Add the force of a place without links to the force of the body."""
-    for i in range(6):
-        A[i, 6] = row.force[i]
-        for j in range(6):
-            A[i, j] = 0.0
-    moved(row.R, row.r, A, half, out)
+    moved(row, zeros, row.force, out)
     for i in range(6):
         P[i, 6] += out[i, 6]
         for j in range(m):
@@ -109,34 +107,31 @@ def _take_loads(row, E, loaded, m, A, half, P, L, out):
 
 
 @inner_kernel
-def _gather_body(tree, work, link, row, P, A, half, out):
+def _gather_body(tree, work, link, row, P, out):
     """Collect what a flexible body carries and eliminate its modes; False if one has no inertia."""
     flexible = tree.flexible
     body = flexible.bodies[link.block]
     m, scratch = body.m, flexible.scratch
-    L, K, B, eta = (flexible.L[link.block], flexible.K[link.block], flexible.B[link.block], flexible.eta[link.block])
-    product = flexible.product
+    L, K, B, eta = flexible.L[link.block], flexible.K[body.kept], flexible.B[body.kept], flexible.eta[link.block]
     at = own_terms(tree, body, work, scratch, P, K, L, B)
     for n in range(body.first, body.last):
         place = flexible.places[n]
         mount = tree.rows[place.link]
-        _stiffen(tree, body, n, scratch[0], at)
-        E, loaded = flexible.E[n], flexible.loaded[n]
+        E, loaded = _columns(tree, body, n, scratch[0], at)
         if place.loaded == 0:
-            _take_loads(mount, E, loaded, m, A, half, P, L, out)
+            _take_loads(mount, loaded, m, flexible.zeros, P, L, out)
             continue
         carried = flexible.wide[flexible.wide_of[place.link]].P
-        add_own(mount, carried)
-        force_with_bias(mount, carried)
-        for i in range(6):
-            for j in range(6):
-                A[i, j] = carried[i, j]
-            A[i, 6], A[i, 7] = mount.force[i], 0.0
-        moved(mount.R, mount.r, A, half, out)
-        add_links(E, loaded, out, m, P, K, L, B, product)
+        if place.wide == 0:  # nothing has written to it
+            clear_wide(carried)
+        if place.rigid == 1:
+            add_own(mount, carried)
+        force_with_bias(mount, carried, flexible.sums)
+        moved(mount, carried, mount.force, out)
+        add_links(E, loaded, out, m, P, K, L, B)
     if body.clamp >= 0:
-        _stiffen(tree, body, body.clamp, scratch[0], at)
-        hang(flexible.E[body.clamp], flexible.loaded[body.clamp], m, P, K, L, B, product)
+        E, loaded = _columns(tree, body, body.clamp, scratch[0], at)
+        hang(E, loaded, m, P, K, L, B)
     for j in range(m):
         L[j, 6] -= tree.tau[body.rate + j]
     if not eliminate(m, P, K, L, B):
@@ -146,9 +141,8 @@ def _gather_body(tree, work, link, row, P, A, half, out):
     own = flexible.wide[flexible.wide_of[body.link]].P
     for i in range(6):
         row.force[i] += P[i, 6]
-        for j in range(6):
-            own[i, j] = P[i, j]
-    force_with_bias(row, own)
+        keep(own, (i, 0), put(read(P, (i, 0)), 6, 0.0))
+    force_with_bias(row, own, flexible.sums)
     return True
 
 
@@ -156,10 +150,8 @@ def _gather_body(tree, work, link, row, P, A, half, out):
 def gathering(tree, work):
     """Pass inertias and forces on to the parents; run.failed gets -1, or a link whose motion has no inertia."""
     flexible, links, rows, blocks = tree.flexible, tree.links, tree.rows, tree.blocks
-    A, turned, out, P = np.zeros((6, 8)), np.empty((6, 8)), np.empty((6, 8)), np.empty((6, 8))
+    A, out, P = np.empty((6, WIDTH)), np.empty((6, WIDTH)), np.empty((6, WIDTH))
     pivots, column = np.empty(6, np.int64), np.empty(6)
-    for n in range(len(flexible.wide)):
-        flexible.wide[n].P[:] = 0.0
     tree.run[0].failed = -1
     for n in range(len(flexible.runs) - 1, -1, -1):
         k, last, kind = flexible.runs[n, 0], flexible.runs[n, 1], flexible.runs[n, 2]
@@ -173,16 +165,16 @@ def gathering(tree, work):
         link, row = links[k], rows[k]
         wide = flexible.wide[flexible.wide_of[k]]
         if kind == BEND:
-            good = _gather_body(tree, work, link, row, P, A, turned, out)
+            good = _gather_body(tree, work, link, row, P, out)
         else:
             block, factor = blocks[link.block], flexible.factors[link.block]
-            good = open_wide(link, row, wide, block, factor, tree.tau, turned, pivots, column)
+            good = open_wide(link, row, wide, block, factor, tree.tau, A, pivots, column, flexible.sums)
         if not good:
             tree.run[0].failed = k
             return
         if link.parent >= 0 and link.kind != FRAME:
             parent = flexible.wide[flexible.wide_of[link.parent]]
-            give_wide(row, wide.P, row.force, rows[link.parent], parent, A, turned, out)
+            give_wide(row, wide.P, rows[link.parent], parent, flexible.runs[n, 3] == 1, out)
 
 
 @inner_kernel

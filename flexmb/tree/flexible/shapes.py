@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.math.eights import WIDTH, keep, less, more, read, same, times
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.rigid.places import carry
 
-__all__ = ["place_bend", "place_mount"]
+__all__ = ["clear_inertia", "place_bend", "place_mount"]
 
 SMALL = 2.5e-3
 """Square of an angle below which series are exact to the last digit, rad2."""
@@ -38,26 +39,40 @@ def _coefficients(x):
 
 
 @inner_kernel
-def _sums(shapes, m, eta, rate, out):
-    """Write Phi_t eta, Phi_t eta', Phi_r eta, Phi_r eta' one after another to `out` (12,)."""
-    for i in range(3):
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        for j in range(m):
-            a += shapes[i, j] * eta[j]
-            b += shapes[i, j] * rate[j]
-            c += shapes[3 + i, j] * eta[j]
-            d += shapes[3 + i, j] * rate[j]
-        out[i], out[3 + i], out[6 + i], out[9 + i] = a, b, c, d
+def _sums(rises, m, eta, rate, out):
+    """Write Phi_t eta, Phi_r eta, two zeros, and the same of the rates to `out` (16,)."""
+    a, b = same(0.0), same(0.0)
+    for j in range(m):
+        row = read(rises, (j, 0))
+        a, b = more(a, eta[j], row), more(b, rate[j], row)
+    keep(out, 0, a)
+    keep(out, WIDTH, b)
+
+
+@inner_kernel
+def _write_columns(shapes, m, T, x, y, z, E):
+    """Write [T Phi_r; Phi_t + s~ T Phi_r] of shapes (6, m), s = (x, y, z), to E."""
+    for at in range(0, m, WIDTH):
+        a, b, c = read(shapes, (3, at)), read(shapes, (4, at)), read(shapes, (5, at))
+        f = more(more(times(T[0], a), T[1], b), T[2], c)
+        g = more(more(times(T[3], a), T[4], b), T[5], c)
+        h = more(more(times(T[6], a), T[7], b), T[8], c)
+        keep(E, (0, at), f)
+        keep(E, (1, at), g)
+        keep(E, (2, at), h)
+        keep(E, (3, at), less(more(read(shapes, (0, at)), y, h), z, g))
+        keep(E, (4, at), less(more(read(shapes, (1, at)), z, f), x, h))
+        keep(E, (5, at), less(more(read(shapes, (2, at)), x, g), y, f))
 
 
 @kernel
-def shape(place, shapes, m, eta, rate, E, A, motion, x):
+def shape(place, shapes, rises, m, eta, rate, E, A, motion, x):
     """Write a marker of a deformed body: columns E (6, m), axes A (3, 3), and its motion (12,).
 
-    The motion has s, its rate, the spin T theta' and T' theta', in body axes. x (12,) is scratch.
+    The motion has s, its rate, the spin T theta' and T' theta', in body axes. x (16,) is scratch.
     """
-    _sums(shapes, m, eta, rate, x)
-    p, q, r = x[6], x[7], x[8]
+    _sums(rises, m, eta, rate, x)
+    p, q, r = x[3], x[4], x[5]
     a, b, c, db, dc = _coefficients(p * p + q * q + r * r)
     square = p * p + q * q + r * r
     # T = 1 + b t~ + c (t t^T - t.t 1)
@@ -91,18 +106,10 @@ def shape(place, shapes, m, eta, rate, E, A, motion, x):
         A[1, j] = X[3] * u + X[4] * v + X[5] * w
         A[2, j] = X[6] * u + X[7] * v + X[8] * w
     sx, sy, sz = place.s[0] + x[0], place.s[1] + x[1], place.s[2] + x[2]
-    for j in range(m):
-        u, v, w = shapes[3, j], shapes[4, j], shapes[5, j]
-        f = T[0] * u + T[1] * v + T[2] * w
-        g = T[3] * u + T[4] * v + T[5] * w
-        h = T[6] * u + T[7] * v + T[8] * w
-        E[0, j], E[1, j], E[2, j] = f, g, h
-        E[3, j] = shapes[0, j] + sy * h - sz * g
-        E[4, j] = shapes[1, j] + sz * f - sx * h
-        E[5, j] = shapes[2, j] + sx * g - sy * f
-    u, v, w = x[9], x[10], x[11]
+    _write_columns(shapes, m, T, sx, sy, sz, E)
+    u, v, w = x[11], x[12], x[13]
     motion[0], motion[1], motion[2] = sx, sy, sz
-    motion[3], motion[4], motion[5] = x[3], x[4], x[5]
+    motion[3], motion[4], motion[5] = x[8], x[9], x[10]
     motion[6] = T[0] * u + T[1] * v + T[2] * w
     motion[7] = T[3] * u + T[4] * v + T[5] * w
     motion[8] = T[6] * u + T[7] * v + T[8] * w
@@ -115,9 +122,9 @@ def shape(place, shapes, m, eta, rate, E, A, motion, x):
     motion[11] = db * g + dc * (p * f - q * e) + c * (u * f - v * e)
 
 
-@inner_kernel
-def _clear(row):
-    row.force[:] = 0.0
+@kernel
+def clear_inertia(row):
+    """Forget what rigid links gave to a link."""
     row.J[:] = 0.0
     row.H[:] = 0.0
     row.M[:] = 0.0
@@ -154,7 +161,7 @@ def place_bend(link, row, of_parent, A, motion):
     bias[3] = V[1] * w - V[2] * v - (V[4] * r - V[5] * q) - (g * r - h * q) - (y * k - z * e)
     bias[4] = V[2] * u - V[0] * w - (V[5] * p - V[3] * r) - (h * p - f * r) - (z * d - x * k)
     bias[5] = V[0] * v - V[1] * u - (V[3] * q - V[4] * p) - (f * q - g * p) - (x * e - y * d)
-    _clear(row)
+    row.force[:] = 0.0
 
 
 @kernel
@@ -183,4 +190,4 @@ def place_mount(row, of_parent, A, motion):
         j, k = (i + 1) % 3, (i + 2) % 3
         bias[i] += V[j] * own[k] - V[k] * own[j]
         bias[3 + i] += V[j] * own[3 + k] - V[k] * own[3 + j] + V[3 + j] * own[k] - V[3 + k] * own[j]
-    _clear(row)
+    row.force[:] = 0.0

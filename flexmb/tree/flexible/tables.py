@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from flexmb.math.eights import WIDTH
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Integers, structure
 from flexmb.model.modal_link import ModalLink
 from flexmb.tree.rigid.places import BEND, MOUNT
@@ -36,6 +37,7 @@ BENT = np.dtype(
         ("shapes", np.int64),  # load shapes
         ("turning", np.int64),  # matrices by which they turn
         ("first_load", np.int64),  # place of the first amount in work.loads
+        ("kept", np.int64),  # place of its K and B
         ("clamp", np.int64),  # place of its own marker among the flexible places, -1: the frame itself
         ("first", np.int64),  # other markers of it that carry links or are seen: from here
         ("last", np.int64),  # to before here
@@ -48,13 +50,12 @@ PLACE = np.dtype(
     [
         ("link", np.int64),  # place of the link that it is, -1 of a clamp
         ("body", np.int64),  # place of the flexible body
-        ("loaded", np.int64),  # 1: carries links
+        ("loaded", np.int64),  # 1: carries links,
+        ("rigid", np.int64),  # 1: some of them without anything flexible,
+        ("wide", np.int64),  # 1: some of them with it
+        ("kept", np.int64),  # place of its columns for loads, of an interface of a stiffened body
         ("interface", np.int64),  # number of the interface whose wrench stiffens the body, -1: none
-        (
-            "at",
-            np.int64,
-        ),  # modal columns of its twist at the body's origin (6, m), with stiffening (6, m), its lever (3,)
-        ("shapes", np.int64),  # translation and rotation shapes (3, m) each among the constants
+        ("shapes", np.int64),  # place of its shapes: `Flexible.shapes`
         ("s", float, 3),  # m, undeformed, in body axes
         ("A", float, (3, 3)),  # axes there
     ],
@@ -62,8 +63,8 @@ PLACE = np.dtype(
 )
 """A marker of a flexible body."""
 
-WIDE = np.dtype([("P", float, (6, 6)), ("gain", float, 6)], align=True)
-"""Articulated inertia that need not be symmetric, and the column P S D of one freedom."""
+WIDE = np.dtype([("P", float, (6, WIDTH)), ("gain", float, 6)], align=True)
+"""Articulated inertia that need not be symmetric, with two columns of zeros, and the column P S D of one freedom."""
 
 FACTOR = np.dtype([("D", float, (6, 6)), ("column", float, (3, 3)), ("row", float, (3, 3))], align=True)
 """Of several freedoms: the inverse of their inertia; of a ball, C J^-1 and J^-1 B of [J, B; C, M]."""
@@ -82,31 +83,37 @@ class Flexible(NamedTuple):
     wide_of: Integers
     """(nl,) place of a link's wide inertia, -1: its inertia is symmetric, nothing flexible hangs on it"""
     runs: IntegerRows
-    """(nr, 3) links from the first to before the last, and what they are: RIGID without anything flexible, one JOINT,
-    the frame of one flexible body (BEND), one of its markers (MOUNT)"""
+    """(nr, 4) links from the first to before the last, and what they are: RIGID without anything flexible, one JOINT,
+    the frame of one flexible body (BEND), one of its markers (MOUNT); 1: it is the first to give an inertia to its
+    parent"""
     factors: Annotated[np.ndarray, ArrayOf(FACTOR)]
     """of wide links of several freedoms, by their blocks"""
     constants: Floats
     shapes: Cubes
-    """(np, 6, mm) translation and rotation shapes of the places, for up to mm modes as in what follows"""
+    """(ns, 6, mm) translation and rotation shapes of places, which equal places share, for up to mm modes, eights of
+    them as in what follows"""
+    rises: Cubes
+    """(ns, mm, 8) the same by modes"""
     E: Cubes
     """(np, 6, mm) modal columns of their twists at the origin of the body"""
     loaded: Cubes
-    """(np, 6, mm) the same with what wrenches do through the stiffness"""
+    """(nk, 6, mm) the same with what wrenches do through the stiffness; kept of every place where loops need them"""
     lever: FloatRows
     """(np, 3) m, places in the body"""
     L: Cubes
     """(nb, mm, 8) of the bodies: K^-1 (L, h)"""
     K: Cubes
-    """(nb, mm, mm) factors"""
+    """(nk, mm, mm) factors; kept of every body where loops need them"""
     B: Cubes
-    """(nb, 6, mm)"""
+    """(nk, 6, mm)"""
     eta: FloatRows
     """(nb, mm) modal second rates at rate zero"""
-    product: FloatRows
-    """(6, mm) scratch, as the next"""
     scratch: FloatRows
-    """(3, n)"""
+    """(2, n)"""
+    sums: Floats
+    """(24,) scratch, as what is before"""
+    zeros: FloatRows
+    """(6, 8), no inertia"""
     rows: Floats
     """what the transposed wrenches of unit multipliers leave at joints and modes"""
     wrench: FloatRows
@@ -115,18 +122,32 @@ class Flexible(NamedTuple):
     """upper half of the mobility matrix of the cut equations, by columns, then its factor"""
 
 
+def _filled(numbers: np.ndarray) -> np.ndarray:
+    """Return numbers with zeros behind them, up to a whole number of eights."""
+    numbers = np.asarray(numbers, float)
+    return np.pad(numbers, [(0, 0)] * (numbers.ndim - 1) + [(0, -numbers.shape[-1] % WIDTH)])
+
+
+def _by_eights(groups) -> np.ndarray:
+    """Return rows (m, n) of groups, filled up: first the eight columns of all rows, then the next eight."""
+    rows = np.concatenate([_filled(group) for group in groups], axis=-1)
+    return rows.reshape(len(rows), -1, WIDTH).transpose(1, 0, 2)
+
+
 class Packed:
     """The constants of flexible bodies, one after another; bodies with the same numbers share them.
 
-    For each mode a row of ww2 (6, m), wn1 (3, m), vw1 (9,), stiffness (m,), geometric stiffness (n, m); then one of
-    wn1 (3, m), its part that changes sign with the order of two modes, twice (3, m), vw1 (9,), damping (m,); then ww1
-    (6, m), wn0 (3, m), vn (3, m), vw1 (9, m), vw0 (9,), nn (m, m), mean (6, m), load shapes, their turning.
+    Rows over the modes are filled up to eights, mm numbers. For each mode a row of ww2 (6, mm), wn1 (3, mm), stiffness
+    (mm,), geometric stiffness (n, mm), vw1 (9,), by eights of columns; then one of wn1 (3, mm), its part that changes
+    sign with the order of two modes, twice (3, mm), damping (mm,), vw1 (9,); then ww1 (6, mm), wn0 (3, mm), vn (3, mm),
+    vw1 (9, mm), nn (m, mm), mean (6, mm), vw0 (9,), load shapes, their turning.
     """
 
     def __init__(self):
         self.known: dict[bytes, int] = {}
         self.parts: list[np.ndarray] = []
         self.shapes: list[np.ndarray] = []
+        self.known_shapes: dict[bytes, int] = {}
         self.size = 0
 
     def add(self, numbers: np.ndarray) -> int:
@@ -157,11 +178,13 @@ class Packed:
         )
         G = np.concatenate(groups) if any(np.any(group) for group in groups) else np.zeros((0, m, m))
         odd = data.wn1 - np.transpose(data.wn1, (2, 1, 0))
-        by_shape = [(ww2[j], data.wn1[j], data.vw1[j], data.stiffness[:, j], G[:, j]) for j in range(m)]
-        by_rate = [(data.wn1[j], odd[j], data.vw1[j], data.damping[:, j]) for j in range(m)]
-        vw1 = data.vw1.reshape(m, 9).T
-        fixed = (ww1, data.wn0, data.vn, vw1, data.vw0, data.nn, data.mean, data.load_shapes, data.load_turning)
-        parts = [part for rows in (*by_shape, *by_rate, fixed) for part in rows]
+        vw1 = data.vw1.reshape(m, 9)
+        pairs, spins = (np.moveaxis(group, 1, 0) for group in (ww2, data.wn1))
+        by_shape = (*pairs, *spins, data.stiffness.T, *G, vw1)
+        by_rate = (*spins, *np.moveaxis(odd, 1, 0), data.damping.T, vw1)
+        parts = [_by_eights(by_shape), _by_eights(by_rate)]
+        parts += [_filled(rows) for rows in (ww1, data.wn0, data.vn, vw1.T, data.nn, data.mean)]
+        parts += [data.vw0, data.load_shapes, data.load_turning]
         row["m"], row["stiffened"] = m, len(G)
         row["constants"] = self.add(np.concatenate([np.ravel(part) for part in parts]))
         if len(G):
@@ -173,30 +196,49 @@ class Packed:
         """Write the constants of marker k of a body to its row (PLACE); is the body stiffened at all?"""
         row["s"], row["A"] = data.positions[k], data.axes[k]
         row["interface"] = k if stiffened and k < len(data.interface_stiffening) else -1
-        self.shapes.append(np.concatenate([data.translations[k], data.rotations[k]]))
+        shapes = np.ascontiguousarray(np.concatenate([data.translations[k], data.rotations[k]]))
+        row["shapes"] = self.known_shapes.setdefault(shapes.tobytes(), len(self.shapes))
+        if row["shapes"] == len(self.shapes):
+            self.shapes.append(shapes)
 
 
 def _runs(links, wide_of) -> np.ndarray:
     """Return the runs of links of one kind, rigid ones as long as they are."""
     runs: list[list[int]] = []
+    last = {int(link["parent"]): k for k, (link, wide) in enumerate(zip(links, wide_of, strict=True)) if wide >= 0}
     for k, (link, wide) in enumerate(zip(links, wide_of, strict=True)):
         kind = int(link["kind"]) if link["kind"] in (BEND, MOUNT) else JOINT if wide >= 0 else RIGID
         if kind == RIGID and runs and runs[-1][2] == RIGID:
             runs[-1][1] = k + 1
         else:
-            runs.append([k, k + 1, kind])
-    return np.array(runs, np.int64).reshape(-1, 3)
+            runs.append([k, k + 1, kind, int(last.get(int(link["parent"]), -1) == k)])
+    return np.array(runs, np.int64).reshape(-1, 4)
+
+
+def _tell_carried(links, wide_of, places) -> None:
+    """Tell the places what hangs on them."""
+    carried = {int(row["link"]): row for row in places if row["link"] >= 0}
+    for link, wide in zip(links, wide_of, strict=True):
+        if int(link["parent"]) in carried:
+            carried[int(link["parent"])]["wide" if wide >= 0 else "rigid"] = 1
 
 
 def new_flexible(links, bodies, places, packed: Packed, wide_of, numbers: int, profile: int) -> Flexible:
     """Return the flexible links of a tree; `numbers` of its paths from cut equations, `profile` of their matrix."""
     nb, count = len(bodies), len(places)
-    most = max((int(row["m"]) for row in bodies), default=1)
-    size = max((int(row["m"] * (10 + row["stiffened"])) + 9 for row in bodies), default=1)
-    shapes = np.zeros((count, 6, most))
-    for own, given in zip(shapes, packed.shapes, strict=True):
+    kept, loaded = (nb, count) if numbers else (min(nb, 1), min(count, 1))
+    for rows in (bodies, places):
+        for k, row in enumerate(rows):
+            row["kept"] = k if numbers else 0
+    _tell_carried(links, wide_of, places)
+    most = -(-max((int(row["m"]) for row in bodies), default=1) // WIDTH) * WIDTH
+    size = max((most * (10 + int(row["stiffened"])) for row in bodies), default=1) + 2 * WIDTH
+    shapes = np.zeros((len(packed.shapes), 6, most))
+    rises = np.zeros((len(packed.shapes), most, WIDTH))
+    for own, turned, given in zip(shapes, rises, packed.shapes, strict=True):
         own[:, : given.shape[1]] = given
-    wide = int(np.sum(wide_of >= 0))
+        turned[: given.shape[1], :6] = given.T
+    wide = int(max(wide_of, default=-1)) + 1
     blocks = int(max(links["block"], default=0)) + 1
     return Flexible(
         bodies=np.array(bodies, BENT),
@@ -207,15 +249,17 @@ def new_flexible(links, bodies, places, packed: Packed, wide_of, numbers: int, p
         factors=np.zeros(blocks if wide else 1, FACTOR),
         constants=packed.numbers,
         shapes=shapes,
+        rises=rises,
         E=np.zeros((count, 6, most)),
-        loaded=np.zeros((count, 6, most)),
+        loaded=np.zeros((loaded, 6, most)),
         lever=np.zeros((count, 3)),
         L=np.zeros((nb, most, 8)),
-        K=np.zeros((nb, most, most)),
-        B=np.zeros((nb, 6, most)),
+        K=np.zeros((kept, most, most)),
+        B=np.zeros((kept, 6, most)),
         eta=np.zeros((nb, most)),
-        product=np.zeros((6, most)),
-        scratch=np.zeros((3, size)),
+        scratch=np.zeros((2, size)),
+        sums=np.zeros(3 * WIDTH),
+        zeros=np.zeros((6, WIDTH)),
         rows=np.zeros(numbers),
         wrench=np.zeros((len(links) if wide else 0, 6)),
         upper=np.zeros(profile),

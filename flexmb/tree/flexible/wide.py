@@ -1,72 +1,105 @@
 """Joints on whose links flexible bodies hang: articulated inertias that loads on bent bodies make unsymmetric.
 
-In (angular, linear) of the link, six by six. A motion takes ``P S D S^T P``; theory, eq. (tree-open).
+In (angular, linear) of the link, six by six with two columns of zeros behind them.
+A motion takes ``P S D S^T P``; theory, eq. (tree-open).
 """
 
 from __future__ import annotations
 
+from flexmb.math.eights import crossing, keep, less, more, part, plus, put, read, same, times, totals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.blocks import factor_block, solve_block
 from flexmb.tree.rigid.places import BALL, FIXED, FRAME, SINGLE, carry, reach_axes, read_axes
 
-__all__ = ["add_own", "give_wide", "move_wide", "open_wide"]
+__all__ = ["add_own", "clear_wide", "force_with_bias", "give_wide", "move_wide", "open_wide"]
+
+
+_UP_0, _UP_1, _UP_2 = (
+    crossing(0, 1, 2, 8, 9, 10, 6, 7),
+    crossing(1, 3, 4, 11, 12, 13, 6, 7),
+    crossing(2, 4, 5, 14, 15, 6, 6, 7),
+)
+_LOW_0, _LOW_1, _LOW_2 = (
+    crossing(8, 11, 14, 0, 1, 2, 6, 7),
+    crossing(9, 12, 15, 1, 3, 4, 6, 7),
+    crossing(10, 13, 6, 2, 4, 5, 6, 7),
+)
+"""Rows of [J, H; H^T, M] of the six numbers of J or M, with zeros behind them, and the first eight of H."""
 
 
 @kernel
 def add_own(row, P):
-    """Add the symmetric part of an inertia, its own and of rigid links on it, to the rest P."""
-    k = 0
-    for i in range(3):
-        for j in range(i, 3):
-            P[i, j] += row.J[k]
-            P[3 + i, 3 + j] += row.M[k]
-            if j > i:
-                P[j, i] += row.J[k]
-                P[3 + j, 3 + i] += row.M[k]
-            k += 1
-        for j in range(3):
-            P[i, 3 + j] += row.H[i, j]
-            P[3 + j, i] += row.H[i, j]
+    """Add the symmetric part of an inertia, its own and of rigid links on it, to the rest P (6, 8)."""
+    J, M, H, last = part(row.J, 0, 6), part(row.M, 0, 6), read(row.H, (0, 0)), row.H[2, 2]
+    keep(P, (0, 0), plus(read(P, (0, 0)), _UP_0(J, H)))
+    keep(P, (1, 0), plus(read(P, (1, 0)), _UP_1(J, H)))
+    keep(P, (2, 0), plus(read(P, (2, 0)), put(_UP_2(J, H), 5, last)))
+    keep(P, (3, 0), plus(read(P, (3, 0)), _LOW_0(M, H)))
+    keep(P, (4, 0), plus(read(P, (4, 0)), _LOW_1(M, H)))
+    keep(P, (5, 0), plus(read(P, (5, 0)), put(_LOW_2(M, H), 2, last)))
+
+
+_COLUMN_0, _COLUMN_1, _COLUMN_2 = (
+    crossing(0, 3, 6, 0, 3, 6, 14, 15),
+    crossing(1, 4, 7, 1, 4, 7, 14, 15),
+    crossing(2, 5, 8, 2, 5, 8, 14, 15),
+)
+"""A column of a rotation twice, of its first eight numbers and, first of the others, the ninth."""
+_FIRST, _SECOND, _THIRD = (
+    crossing(0, 0, 0, 3, 3, 3, 6, 7),
+    crossing(1, 1, 1, 4, 4, 4, 6, 7),
+    crossing(2, 2, 2, 5, 5, 5, 6, 7),
+)
+"""What the three columns are multiplied by, of a row of angular and linear numbers."""
+_NEXT, _BEFORE = crossing(1, 2, 0, 3, 4, 5, 6, 7), crossing(2, 0, 1, 3, 4, 5, 6, 7)
+_LINEAR_NEXT, _LINEAR_BEFORE = crossing(5, 3, 4, 6, 7, 6, 7, 7), crossing(4, 5, 3, 6, 7, 6, 7, 7)
+"""Numbers of a cross product with the linear part of a row."""
+
+
+@inner_kernel
+def _moved_row(x, a, b, c, following, before):
+    """Return a row of eight turned by the columns a, b, c, and moved by an arm in cyclic orders."""
+    x = more(more(times(a, _FIRST(x, x)), b, _SECOND(x, x)), c, _THIRD(x, x))
+    return less(more(x, following, _LINEAR_NEXT(x, x)), before, _LINEAR_BEFORE(x, x))
 
 
 @kernel
-def moved(R, r, A, half, out):
-    """Write inertia and force A (6, 8) of a link in axes of its parent, about the parent's origin, to `out`.
+def moved(row, P, force, out):
+    """Write inertia P (6, 8) and force (6,) of a link in axes of its parent, about the parent's origin, to out (6, 8).
 
-    X^T A X with ``X = diag(R, R)^T [1, 0; -r~, 1]``; half (6, 8) is scratch.
+    X^T P X with ``X = diag(R, R)^T [1, 0; -r~, 1]``; the force is the seventh column.
     """
-    for h in range(0, 6, 3):
-        for i in range(3):
-            a, b, c = R[i, 0], R[i, 1], R[i, 2]
-            for j in range(8):
-                half[h + i, j] = a * A[h, j] + b * A[h + 1, j] + c * A[h + 2, j]
-    for i in range(6):
-        for h in range(0, 6, 3):
-            x, y, z = half[i, h], half[i, h + 1], half[i, h + 2]
-            for j in range(3):
-                out[i, h + j] = R[j, 0] * x + R[j, 1] * y + R[j, 2] * z
-        out[i, 6], out[i, 7] = half[i, 6], 0.0
+    R, r = row.R, row.r
     x, y, z = r[0], r[1], r[2]
-    for j in range(7):
-        a, b, c = out[3, j], out[4, j], out[5, j]
-        out[0, j] += y * c - z * b
-        out[1, j] += z * a - x * c
-        out[2, j] += x * b - y * a
-    for i in range(6):
-        a, b, c = out[i, 3], out[i, 4], out[i, 5]
-        out[i, 0] += y * c - z * b
-        out[i, 1] += z * a - x * c
-        out[i, 2] += x * b - y * a
+    arm, zero = part(r, 0, 3), same(0.0)
+    following, before = _NEXT(arm, arm), _BEFORE(arm, arm)
+    whole, last = read(R, (0, 0)), put(zero, 0, R[2, 2])
+    A, B, C = _COLUMN_0(whole, put(zero, 6, 1.0)), _COLUMN_1(whole, zero), _COLUMN_2(whole, last)
+    a, b, c = put(read(P, (0, 0)), 6, force[0]), put(read(P, (1, 0)), 6, force[1]), put(read(P, (2, 0)), 6, force[2])
+    d, e, f = put(read(P, (3, 0)), 6, force[3]), put(read(P, (4, 0)), 6, force[4]), put(read(P, (5, 0)), 6, force[5])
+    g = more(more(times(R[0, 0], a), R[0, 1], b), R[0, 2], c)
+    h = more(more(times(R[1, 0], a), R[1, 1], b), R[1, 2], c)
+    k = more(more(times(R[2, 0], a), R[2, 1], b), R[2, 2], c)
+    a = more(more(times(R[0, 0], d), R[0, 1], e), R[0, 2], f)
+    b = more(more(times(R[1, 0], d), R[1, 1], e), R[1, 2], f)
+    c = more(more(times(R[2, 0], d), R[2, 1], e), R[2, 2], f)
+    keep(out, (0, 0), _moved_row(less(more(g, y, c), z, b), A, B, C, following, before))
+    keep(out, (1, 0), _moved_row(less(more(h, z, a), x, c), A, B, C, following, before))
+    keep(out, (2, 0), _moved_row(less(more(k, x, b), y, a), A, B, C, following, before))
+    keep(out, (3, 0), _moved_row(a, A, B, C, following, before))
+    keep(out, (4, 0), _moved_row(b, A, B, C, following, before))
+    keep(out, (5, 0), _moved_row(c, A, B, C, following, before))
 
 
 @kernel
-def force_with_bias(row, P):
-    """Add P c to the force."""
+def force_with_bias(row, P, sums):
+    """Add P c to the force; sums (8,) is scratch."""
+    c, zero = part(row.bias, 0, 6), same(0.0)
+    a, b, d = times(c, read(P, (0, 0))), times(c, read(P, (1, 0))), times(c, read(P, (2, 0)))
+    e, f, g = times(c, read(P, (3, 0))), times(c, read(P, (4, 0))), times(c, read(P, (5, 0)))
+    keep(sums, 0, totals(a, b, d, e, f, g, zero, zero))
     for i in range(6):
-        x = 0.0
-        for j in range(6):
-            x += P[i, j] * row.bias[j]
-        row.force[i] += x
+        row.force[i] += sums[i]
 
 
 @inner_kernel
@@ -82,11 +115,11 @@ def _open_single(link, row, P, gain, tau):
     D = 1.0 / D
     row.mobility = D
     row.load = link.sign * tau[link.rate] - t * row.force[2] - s * row.force[5]
+    taken = times(D, more(times(t, read(P, (2, 0))), s, read(P, (5, 0))))
     for i in range(6):
         row.gain[i] *= D
     for i in range(6):
-        for j in range(6):
-            P[i, j] -= gain[i] * row.gain[j]
+        keep(P, (i, 0), less(read(P, (i, 0)), gain[i], taken))
     for i in range(6):
         gain[i] *= D
     return True
@@ -143,10 +176,10 @@ def _open_several(link, row, P, block, factor, tau, A, pivots, column):
 
 
 @kernel
-def open_wide(link, row, wide, block, factor, tau, A, pivots, column):
+def open_wide(link, row, wide, block, factor, tau, A, pivots, column, sums):
     """Subtract what the joint's motion takes from inertia and force, velocity terms added; False without inertia.
 
-    A (6, 6), pivots (6,) of integers, column (6,) : scratch
+    A (6, 8), pivots (6,) of integers, column (6,), sums (8,) : scratch
     """
     P = wide.P
     row.load = 0.0
@@ -163,24 +196,30 @@ def open_wide(link, row, wide, block, factor, tau, A, pivots, column):
         wide.gain[:] = 0.0
     elif not _open_single(link, row, P, wide.gain, tau):
         return False
-    force_with_bias(row, P)
+    force_with_bias(row, P, sums)
     for i in range(6):
         row.force[i] += wide.gain[i] * row.load
     return True
 
 
 @kernel
-def give_wide(row, P, force, of_parent, parent, A, half, out):
-    """Add inertia P (6, 6) and force (6,) of a link to its parent's; three (6, 8) are scratch."""
+def clear_wide(P):
+    """Forget what was given to a link in the evaluation before."""
     for i in range(6):
-        for j in range(6):
-            A[i, j] = P[i, j]
-        A[i, 6], A[i, 7] = force[i], 0.0
-    moved(row.R, row.r, A, half, out)
+        keep(P, (i, 0), same(0.0))
+
+
+@kernel
+def give_wide(row, P, of_parent, parent, first, out):
+    """Give inertia P (6, 8) and force of a link to its parent, which replaces what is there if it is the `first`.
+
+    out (6, 8) is scratch
+    """
+    moved(row, P, row.force, out)
     for i in range(6):
         of_parent.force[i] += out[i, 6]
-        for j in range(6):
-            parent.P[i, j] += out[i, j]
+        own = put(read(out, (i, 0)), 6, 0.0)
+        keep(parent.P, (i, 0), own if first else plus(read(parent.P, (i, 0)), own))
 
 
 @inner_kernel

@@ -218,7 +218,9 @@ class Drawn:
             carries[k] |= kind == BEND or (kind == MOUNT and bool(self.places[int(links[k]["block"])]["loaded"]))
             if parent >= 0 and carries[k]:
                 carries[parent] = True
-        wide_of = np.where(carries, np.cumsum(carries) - 1, -1)
+        bends = links["kind"] == BEND  # whose inertia goes to the joint at once: they share a place, the first
+        own = carries & ~bends
+        wide_of = np.where(own, np.cumsum(own), np.where(bends, 0, -1))
         return new_flexible(links, self.bodies, self.places, self.packed, wide_of, numbers, profile)
 
 

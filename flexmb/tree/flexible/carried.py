@@ -1,0 +1,138 @@
+"""What links on a flexible body add to its inertia, the way from its frame to its own marker, and its modes eliminated.
+
+Blocks ``[P, B; L, K]`` as in `own_terms`; theory, eq. (bend-out).
+"""
+
+from __future__ import annotations
+
+from flexmb.math.eights import WIDTH, keep, less, more, only_after, plus, put, read, times
+from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.tree.flexible.inertia import filled
+
+__all__ = ["add_links", "eliminate", "hang", "stiffened_columns"]
+
+
+@kernel
+def stiffened_columns(s, m, products, E, loaded):
+    """Write E less what a wrench of a place at s (3,) does through the stiffness to `loaded`.
+
+    products : of the unit forces and moments at the place, (6, filled m), in body axes
+    """
+    x, y, z, size = s[0], s[1], s[2], filled(m)
+    for at in range(0, size, WIDTH):
+        f, g, h = read(products, at), read(products, size + at), read(products, 2 * size + at)
+        p, q, r = read(products, 3 * size + at), read(products, 4 * size + at), read(products, 5 * size + at)
+        keep(loaded, (0, at), less(read(E, (0, at)), 1.0, p))
+        keep(loaded, (1, at), less(read(E, (1, at)), 1.0, q))
+        keep(loaded, (2, at), less(read(E, (2, at)), 1.0, r))
+        keep(loaded, (3, at), more(less(less(read(E, (3, at)), 1.0, f), y, r), z, q))
+        keep(loaded, (4, at), more(less(less(read(E, (4, at)), 1.0, g), z, p), x, r))
+        keep(loaded, (5, at), more(less(less(read(E, (5, at)), 1.0, h), x, q), y, p))
+
+
+@inner_kernel
+def _products(A, i, a, b, c, d, e, f):
+    """Return row i of A times six rows of eight."""
+    x = more(more(times(A[i, 0], a), A[i, 1], b), A[i, 2], c)
+    return more(more(more(x, A[i, 3], d), A[i, 4], e), A[i, 5], f)
+
+
+@inner_kernel
+def _less_columns(x, E, j, a, b, c, d, e, f):
+    """Return x less column j of E times six rows of eight."""
+    x = less(less(less(x, E[0, j], a), E[1, j], b), E[2, j], c)
+    return less(less(less(x, E[3, j], d), E[4, j], e), E[5, j], f)
+
+
+@inner_kernel
+def _more_columns(x, E, j, a, b, c, d, e, f):
+    """Return x and column j of E times six rows of eight."""
+    x = more(more(more(x, E[0, j], a), E[1, j], b), E[2, j], c)
+    return more(more(more(x, E[3, j], d), E[4, j], e), E[5, j], f)
+
+
+@kernel
+def add_links(E, loaded, A, m, P, K, L, B):
+    """Add inertia and force A (6, 8) of what a place carries, moved to the frame, to the body's."""
+    a, b, c = read(A, (0, 0)), read(A, (1, 0)), read(A, (2, 0))
+    d, e, f = read(A, (3, 0)), read(A, (4, 0)), read(A, (5, 0))
+    keep(P, (0, 0), plus(read(P, (0, 0)), a))
+    keep(P, (1, 0), plus(read(P, (1, 0)), b))
+    keep(P, (2, 0), plus(read(P, (2, 0)), c))
+    keep(P, (3, 0), plus(read(P, (3, 0)), d))
+    keep(P, (4, 0), plus(read(P, (4, 0)), e))
+    keep(P, (5, 0), plus(read(P, (5, 0)), f))
+    for j in range(m):
+        keep(L, (j, 0), _more_columns(read(L, (j, 0)), loaded, j, a, b, c, d, e, f))
+    for at in range(0, m, WIDTH):
+        p, q, r = read(E, (0, at)), read(E, (1, at)), read(E, (2, at))
+        x, y, z = read(E, (3, at)), read(E, (4, at)), read(E, (5, at))
+        a, b = _products(A, 0, p, q, r, x, y, z), _products(A, 1, p, q, r, x, y, z)
+        c, d = _products(A, 2, p, q, r, x, y, z), _products(A, 3, p, q, r, x, y, z)
+        e, f = _products(A, 4, p, q, r, x, y, z), _products(A, 5, p, q, r, x, y, z)
+        keep(B, (0, at), plus(read(B, (0, at)), a))
+        keep(B, (1, at), plus(read(B, (1, at)), b))
+        keep(B, (2, at), plus(read(B, (2, at)), c))
+        keep(B, (3, at), plus(read(B, (3, at)), d))
+        keep(B, (4, at), plus(read(B, (4, at)), e))
+        keep(B, (5, at), plus(read(B, (5, at)), f))
+        for j in range(m):
+            keep(K, (j, at), _more_columns(read(K, (j, at)), loaded, j, a, b, c, d, e, f))
+
+
+@kernel
+def hang(E, loaded, m, P, K, L, B):
+    """Go from the rate of the frame to the rate of the own marker, moved to the frame: V_frame = V - E eta''."""
+    for at in range(0, m, WIDTH):
+        p, q, r = read(E, (0, at)), read(E, (1, at)), read(E, (2, at))
+        x, y, z = read(E, (3, at)), read(E, (4, at)), read(E, (5, at))
+        a = less(read(B, (0, at)), 1.0, _products(P, 0, p, q, r, x, y, z))
+        b = less(read(B, (1, at)), 1.0, _products(P, 1, p, q, r, x, y, z))
+        c = less(read(B, (2, at)), 1.0, _products(P, 2, p, q, r, x, y, z))
+        d = less(read(B, (3, at)), 1.0, _products(P, 3, p, q, r, x, y, z))
+        e = less(read(B, (4, at)), 1.0, _products(P, 4, p, q, r, x, y, z))
+        f = less(read(B, (5, at)), 1.0, _products(P, 5, p, q, r, x, y, z))
+        keep(B, (0, at), a)
+        keep(B, (1, at), b)
+        keep(B, (2, at), c)
+        keep(B, (3, at), d)
+        keep(B, (4, at), e)
+        keep(B, (5, at), f)
+        for j in range(m):
+            own = less(read(K, (j, at)), 1.0, _products(L, j, p, q, r, x, y, z))
+            keep(K, (j, at), _less_columns(own, loaded, j, a, b, c, d, e, f))
+    a, b, c = read(P, (0, 0)), read(P, (1, 0)), read(P, (2, 0))
+    d, e, f = read(P, (3, 0)), read(P, (4, 0)), read(P, (5, 0))
+    for j in range(m):
+        keep(L, (j, 0), _less_columns(read(L, (j, 0)), loaded, j, a, b, c, d, e, f))
+
+
+@kernel
+def eliminate(m, P, K, L, B):
+    """Replace K by its factors, L by K^-1 L, P by P - B K^-1 L; False if a motion of the modes has no inertia.
+
+    Without exchange of rows: K is a mass matrix, but for what accelerations do to bent bodies.
+    """
+    for k in range(m):
+        if not K[k, k] > 1e-300:
+            return False
+        f, of_k, begin = 1.0 / K[k, k], read(L, (k, 0)), k // WIDTH * WIDTH
+        row = read(K, (k, begin))
+        for i in range(k + 1, m):
+            x = K[i, k] * f
+            own = read(K, (i, begin))
+            keep(K, (i, begin), put(only_after(less(own, x, row), own, k - begin), k - begin, x))
+            for at in range(begin + WIDTH, m, WIDTH):
+                keep(K, (i, at), less(read(K, (i, at)), x, read(K, (k, at))))
+            keep(L, (i, 0), less(read(L, (i, 0)), x, of_k))
+    for k in range(m - 1, -1, -1):
+        of_k = times(1.0 / K[k, k], read(L, (k, 0)))
+        keep(L, (k, 0), of_k)
+        for i in range(k):
+            keep(L, (i, 0), less(read(L, (i, 0)), K[i, k], of_k))
+    for i in range(6):
+        row = read(P, (i, 0))
+        for k in range(m):
+            row = less(row, B[i, k], read(L, (k, 0)))
+        keep(P, (i, 0), row)
+    return True
