@@ -15,6 +15,7 @@ from hashlib import blake2b
 from inspect import signature
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -25,6 +26,7 @@ from numba.extending import NativeValue, infer_getattr, lower_getattr_generic, r
 __all__ = ["Structure", "field_value", "made_structure", "read_as_structure"]
 
 WORD = 8  # bytes; every field begins at a multiple
+LARGE = 2**62  # whole numbers below are of one type
 BYTE, LONG, INT = ir.IntType(8), ir.IntType(64), ir.IntType(32)
 
 
@@ -65,13 +67,44 @@ class Structure(types.Type):
         return self.kind._fields.index(name)
 
 
+_types: dict[tuple, Structure] = {}
+"""Types of structures by what they depend on: numba makes the type of every array of records anew, field by field."""
+
+
+def _seen(value: Any) -> tuple | None:
+    """Return all that the type of a structure depends on; None if it holds something else than arrays and numbers."""
+    parts: list[Any] = [type(value)]
+    for field in value:
+        kind = type(field)
+        if kind is np.ndarray:
+            parts.append((field.dtype, field.ndim, field.flags.num))
+        elif kind is float or (kind is int and abs(field) < LARGE):
+            parts.append(kind)
+        elif isinstance(field, tuple) and hasattr(field, "_fields"):
+            inner = _seen(field)
+            if inner is None:
+                return None
+            parts.append(inner)
+        else:
+            return None
+    return tuple(parts)
+
+
 def read_as_structure(kind: Any) -> None:
     """Let numba see instances of a named tuple as structures, those too that kernels make."""
 
     @typeof_impl.register(kind)
     def _type_of(value, context):
+        seen = _seen(value)
+        if seen is not None and seen in _types:
+            return _types[seen]
         members = tuple(typeof_impl(field, context) for field in value)
-        return None if None in members else Structure(kind, members)
+        if None in members:
+            return None
+        found = Structure(kind, members)
+        if seen is not None:
+            _types[seen] = found
+        return found
 
     @infer_getattr
     class _Constructor(AttributeTemplate):

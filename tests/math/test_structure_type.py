@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numba import typeof
 from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 from numba.core.runtime import _nrt_python, rtsys
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.remembered_types import ComparedFlags, remembering
-from flexmb.math.structure_type import Structure
+from flexmb.math.structure_type import Structure, read_as_structure
 from flexmb.math.structures import FloatRows, Floats, Integers, numba_type, structure
 
 
@@ -28,6 +29,16 @@ class Outer(NamedTuple):
     rows: FloatRows
     inner: Inner
     places: Integers
+
+
+class Remembered(NamedTuple):
+    """Any array beside any number."""
+
+    array: np.ndarray
+    number: float
+
+
+read_as_structure(Remembered)
 
 
 @kernel
@@ -187,3 +198,14 @@ def test_contexts_and_flags_that_remember_stand_for_those_of_numba():
     own.nrt = False
     assert own != plain
     assert own.copy() == own
+
+
+def test_remembered_types_are_those_of_what_is_given():
+    """Layout, element type, axes and right to write are parts of the type, also where the class was seen before."""
+    plain, other = np.zeros((4, 4)), np.zeros((4, 4), np.int64)
+    locked = plain.copy()
+    locked.flags.writeable = False
+    for array in (plain, plain.T[::2], plain[:, ::2], other, plain[0], locked):
+        for _ in range(2):
+            assert typeof(Remembered(array, 1.0)).types == (typeof(array), typeof(1.0))
+    assert typeof(Remembered(plain, 1)).types[1] == typeof(1)
