@@ -73,6 +73,7 @@ def load_kept(path: str | Path, kind: type[Data]) -> Kept[Data]:
 def kept_as(path: str | Path) -> tuple[str, str]:
     """Return the name of the body in a file of `save`, and its key; DataFileError as of `load`."""
     with hdf5.reading(path, schema=SCHEMA, version=VERSION) as file:
+        hdf5.require_whole(file, f"Data file '{path}'")
         return str(json.loads(file.attrs["name"])), _text(file, KEY)
 
 

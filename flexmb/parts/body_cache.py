@@ -149,7 +149,8 @@ def _looked_at(entry: BodyCache) -> dict[str, Any]:
     if not key:
         return {"name": name, "wrong": "foreign: a reduced body that the cache did not keep"}
     if entry.path.name != _file_name(name, key):
-        return {"name": name, "wrong": f"foreign: part '{name}' under the name of another entry, '{entry.name}'"}
+        whose = f"under the name of another entry, '{entry.name}'" if _safe(name) != entry.name else "of another recipe"
+        return {"name": name, "wrong": f"foreign: part '{name}' {whose}"}
     return {"name": name, "current": json.loads(key).get("release") == release()}
 
 

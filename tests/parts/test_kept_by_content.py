@@ -127,6 +127,16 @@ def test_listed_under_what_it_is(folder, capsys):
     assert [kept.name for kept in parts.kept_bodies()] == ["rod"]
 
 
+def test_another_recipe_of_the_same_part_is_named(folder, capsys):
+    heard(bar())
+    path = entry(folder, "bar")
+    heard(bar(length=2.0))
+    (other,) = set(folder.glob("*.h5")) - {path}
+    shutil.copy(other, path)
+    assert main(["cache"]) == 0
+    assert f"{path.name}, foreign: part 'bar' of another recipe. It is not used" in capsys.readouterr().out
+
+
 def test_entries_of_other_code_are_counted(folder, capsys, monkeypatch):
     heard(bar())
     monkeypatch.setattr("flexmb.parts.body_cache.release", lambda: "another")
