@@ -292,7 +292,7 @@ class Formula(Equation):
     jacobian: Any = None
     keep: Any = None
 
-    table: ClassVar[Table] = Table("Formula", ROW, {"evaluate": evaluate})
+    table: ClassVar[Table] = Table("Formula", ROW, {"evaluate": evaluate}, on_demand=(run_program,))
     stiffens: ClassVar[bool] = False
 
     @property

@@ -9,6 +9,7 @@ them.
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -25,7 +26,7 @@ MOST = 3
 _started: list[subprocess.Popen] = []
 
 
-def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = ()) -> int:
+def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = (), on_demand: Iterable[Any] = ()) -> int:
     """Compile entry kernels in other processes, as far as their machine code is missing and cores are free.
 
     Parameters
@@ -34,6 +35,8 @@ def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = ()) -> int:
         Those that the analysis will call.
     parts : iterable of kernels
         Large ones that they call, each with declared types, in the order in which they are begun.
+    on_demand : iterable of kernels on demand
+        Those that the analysis will come to (`flexmb.math.kernel_on_demand`).
 
     Returns
     -------
@@ -47,6 +50,7 @@ def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = ()) -> int:
     missing = [kernel for kernel in kernels if _is_missing(kernel)]
     if missing:  # where the entries are there, so are their parts
         missing = [kernel for kernel in parts if _is_missing(kernel)] + missing
+    missing += [kernel for kernel in on_demand if _is_missing(kernel)]
     spare = min(spare - len(_started), len(missing))
     names = [f"{kernel.py_func.__module__}:{kernel.py_func.__qualname__}" for kernel in missing]
     for part in range(spare):
@@ -65,6 +69,7 @@ def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = ()) -> int:
 def main() -> None:
     """Compile the kernels that the command line names, until the process that has asked for them is gone."""
     parent, *names = sys.argv[1:]
+    gc.disable()  # nearly all that a compiler makes lives on, and this process ends soon
     for name in names:
         if os.name != "nt" and os.getppid() != int(parent):
             return

@@ -19,9 +19,10 @@ import numpy as np
 from flexmb.math import operations as op
 from flexmb.math.grids import interpolate_grid
 from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
+from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.plain_loops import copy_into, knots_until
 from flexmb.math.structures import Floats, Integers, array_type, numba_type, structure
-from flexmb.math.tables import FLOATS, NUMBER
+from flexmb.math.tables import COUNT, FLOATS, INTEGERS, NUMBER, void
 
 __all__ = ["SignalCode", "interpolate", "of_one_value", "of_two_values", "run_program", "sample_signals"]
 
@@ -258,7 +259,18 @@ def of_two_values(code, number, a, b, along, tables, table_starts):
     return f, slope
 
 
-@kernel
+@kernel_on_demand(
+    void,
+    array_type(INTEGERS),
+    array_type(FLOATS),
+    COUNT,
+    COUNT,
+    array_type(FLOATS),
+    array_type(FLOATS, 2),
+    array_type(FLOATS),
+    array_type(INTEGERS),
+    array_type(FLOATS, 2),
+)
 def run_program(ops, args, first, last, time, inputs, tables, table_starts, stack):
     """Run the operations [first, last) and leave the jet of the result in stack[0].
 

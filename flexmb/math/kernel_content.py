@@ -141,6 +141,8 @@ class _Reader:
         """Describe what can be called: kernels and intrinsics by their functions, others by name."""
         function = getattr(value, "py_func", None) or getattr(value, "_defn", None) or value
         named = f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', '')}"
+        if isinstance(getattr(value, "types", None), Signature):  # called through a cell: its own code is elsewhere
+            return f"kernel on demand {named} {type_text(value.types)} {value.call_digest}"
         if isinstance(function, FunctionType) and not _of_library(function.__module__):
             self.called.append(function)
             return f"function {named} {getattr(value, 'targetoptions', '')}"

@@ -27,12 +27,15 @@ class Table:
         kink (see `flexmb.math.switches`).
     switches : int or str
         How many places with a kink a row has, or the field of the row that counts them.
+    on_demand : tuple of kernels on demand
+        Those that the kernels call: they are made ready with the model, as row kernels cannot pass errors on.
     """
 
     name: str
     row: np.dtype
     kernels: Mapping[str, Any]
     switches: int | str = 0
+    on_demand: tuple[Any, ...] = ()
 
     def filled(self, part: Any, values: Mapping[str, Any]) -> tuple:
         """Return a row: fields by name from `values`, all others from what `part` has of the same name."""

@@ -7,7 +7,11 @@ import numpy as np
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.block_substitution import lu_solve, lu_solve_softened, subtract_product
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.plain_loops import copy_into, largest_size
+from flexmb.math.program import PROGRAM
+from flexmb.math.structures import array_type
+from flexmb.math.tables import CHOICE, COUNT, FLOATS, STATE, WORK, void
 from flexmb.math.weights import weigh
 from flexmb.system.damped_accelerations import SOLVED, damped_accelerations, load_sizes
 from flexmb.system.program import constraint_acceleration, evaluate
@@ -134,7 +138,7 @@ def linear_accelerations(program, state, work, right):
     return -1
 
 
-@kernel
+@kernel_on_demand(CHOICE, PROGRAM, STATE, WORK, array_type(FLOATS))
 def corrected_accelerations(program, state, work, right):
     """Correct accelerations and multipliers that nearly solve the equations of `accelerations`, in place of state.a
     and state.lam, by Newton's method; return if it converges.
@@ -207,7 +211,7 @@ def is_solved(system, state, right, work) -> bool:
     )
 
 
-@inner_kernel
+@kernel_on_demand(void, COUNT, array_type(FLOATS), array_type(FLOATS))
 def _lengthened(nu, right, before):
     """Lengthen a correction that is a part rho of the one before to what all that would follow add up to.
 
@@ -241,7 +245,7 @@ def _unsolved(work, state, right):
         right[nu + i] = -right[nu + i]
 
 
-@inner_kernel
+@kernel_on_demand(void, PROGRAM, STATE, WORK, array_type(FLOATS))
 def _without_stress(program, state, work, right):
     """Take the rounding out of multipliers of least norm.
 

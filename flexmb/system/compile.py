@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.constraints import EQUATIONS
-from flexmb.math.jets import SignalCode
+from flexmb.math.jets import SignalCode, run_program
 from flexmb.math.tables import MARKER, STIFF
 from flexmb.model.described import check_kind
 from flexmb.model.model import Model
@@ -152,6 +152,9 @@ def _program(
     """Return what kernels read: `tables` of bodies and of forces, `records` as bytes and where each table begins."""
     body_tables, force_tables = tables
     raw, starts = records
+    tables_of_all = *body_tables, *constraints.tables, *force_tables
+    for called in {*([run_program] if signals else ()), *(one for t in tables_of_all for one in t.on_demand)}:
+        called.ready()
     return Program(
         place=kernel_table([t.kernels["place"] for t in body_tables]),
         inertia=kernel_table([t.kernels["inertia"] for t in body_tables]),

@@ -7,7 +7,10 @@ from typing import NamedTuple
 
 from architecture.sources import FILES, ROOT, for_each, name, tree
 
-COMPILED = {"entry_kernel", "kernel", "inner_kernel", "pointer_kernel", "row_kernel", "switch_kernel"}
+COMPILED = {
+    *("entry_kernel", "kernel", "inner_kernel", "kernel_on_demand"),
+    *("pointer_kernel", "row_kernel", "switch_kernel"),
+}
 OUTSIDE = [
     path for folder in ("tests", "benchmarks", "examples", "docs") for path in sorted((ROOT / folder).rglob("*.py"))
 ]

@@ -22,6 +22,7 @@ from numba.core.serialize import dumps
 from numba.core.targetconfig import TargetConfig
 from numba.core.typed_passes import BaseNativeLowering, NativeLowering, NopythonTypeInference
 from numba.core.typing import Signature
+from numba.core.typing.templates import make_intrinsic_template
 from numba.extending import intrinsic
 
 
@@ -150,6 +151,17 @@ def test_a_failed_compilation_is_told():
     """`kernel_claims` reads the details: `Event.is_failed` of numba 0.68 says the contrary of its name."""
     assert event.Event("numba:compile", event.EventStatus.END)._exc_details is None
     assert event.Event("numba:compile", event.EventStatus.END, exc_details=(ValueError, 1, 2))._exc_details
+
+
+def test_calls_on_demand_are_made_of_these():
+    """`kernel_on_demand` types and writes calls of its own."""
+    assert parameters(make_intrinsic_template)[:3] == ("handle", "defn", "name")
+    convention = cpu_target.target_context.call_conv
+    assert parameters(convention.get_function_type) == ("restype", "argtypes")
+    assert parameters(convention.call_function)[:5] == ("builder", "callee", "resty", "argtys", "args")
+    assert parameters(convention.return_user_exc)[:3] == ("builder", "exc", "exc_args")
+    assert parameters(convention.return_status_propagate) == ("builder", "status")
+    assert callable(JITCodeLibrary.get_pointer_to_function)
 
 
 def test_arrays_are_read_without_references():

@@ -94,7 +94,7 @@ class FrameBlock:
         """Initial-stress stiffness (ndof, ndof), N/m, of the section forces that `displacement` (n, 6), m,
         causes."""
         forces = self._end_forces(np.asarray(displacement, float).reshape(self.number_of_nodes, 6, 1))
-        local = self._local_geometric_stiffness(forces[..., 0])
+        local = self._local_geometric_stiffness(forces[..., 0], self._geometric_points())
         return summed(rotated(local, self.axes), self.connectivity, dofs, self.number_of_nodes)
 
     def projected_geometric_stiffness(self, displacements: np.ndarray, modes: np.ndarray) -> np.ndarray:
@@ -103,8 +103,9 @@ class FrameBlock:
         shapes = gathered(modes, self.connectivity, self.axes)
         flat = shapes.reshape(-1, shapes.shape[-1])
         out = np.empty((forces.shape[-1], shapes.shape[-1], shapes.shape[-1]))
+        points = self._geometric_points()  # the same for all cases, and most of the work
         for case in range(forces.shape[-1]):
-            local = self._local_geometric_stiffness(forces[..., case])
+            local = self._local_geometric_stiffness(forces[..., case], points)
             out[case] = flat.T @ (local @ shapes).reshape(flat.shape)
         return 0.5 * (out + out.swapaxes(1, 2))
 
@@ -134,13 +135,23 @@ class FrameBlock:
     def _end_forces(self, displacements: np.ndarray) -> np.ndarray:
         return self.elements.end_forces @ gathered(displacements, self.connectivity, self.axes)
 
-    def _local_geometric_stiffness(self, end_forces: np.ndarray) -> np.ndarray:
-        """Return (ne, 12, 12), N/m, for the section forces (ne, 6) at the second nodes."""
+    def _geometric_points(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+        """Return of every Gauss point the length (ne,), m, up to the second node, the weights (ne,), m, the derivatives
+        of the geometric terms (ne, 9, 12), and Wagner's coefficients (ne or 1, 6).
+        """
+        lengths, found = self.elements.lengths, []
+        for fraction, weight in gauss(GEOMETRIC_POINTS):
+            shape, slope = self.elements.interpolation(fraction), self.elements.gradient(fraction)
+            fields = np.concatenate([slope[:, :3], shape[:, 3:], slope[:, 3:]], axis=1)
+            found.append(((1.0 - fraction) * lengths, weight * lengths, fields, self.wagner(fraction)))
+        return found
+
+    def _local_geometric_stiffness(self, end_forces: np.ndarray, points) -> np.ndarray:
+        """Return (ne, 12, 12), N/m, for the section forces (ne, 6) at the second nodes; see `_geometric_points`."""
         lengths = self.elements.lengths
         total = np.zeros((len(lengths), 12, 12))
-        for fraction, weight in gauss(GEOMETRIC_POINTS):
+        for remaining, weights, fields, wagner in points:
             forces = end_forces.copy()
-            remaining = (1.0 - fraction) * lengths
             forces[:, 4] -= remaining * end_forces[:, 2]
             forces[:, 5] += remaining * end_forces[:, 1]
             density = np.zeros((len(lengths), 9, 9))
@@ -148,8 +159,6 @@ class FrameBlock:
                 density[:, a, b] += factor * forces[:, force]
                 if a != b:
                     density[:, b, a] += factor * forces[:, force]
-            density[:, 6, 6] += (self.wagner(fraction) * forces).sum(axis=1)
-            shape, slope = self.elements.interpolation(fraction), self.elements.gradient(fraction)
-            fields = np.concatenate([slope[:, :3], shape[:, 3:], slope[:, 3:]], axis=1)
-            total += (weight * lengths)[:, None, None] * (fields.swapaxes(1, 2) @ density @ fields)
+            density[:, 6, 6] += (wagner * forces).sum(axis=1)
+            total += weights[:, None, None] * (fields.swapaxes(1, 2) @ density @ fields)
         return total

@@ -11,16 +11,17 @@ import numpy as np
 
 from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
 from flexmb.integrate.alpha.step_size import fit_to_step, keep_rates, write_sample
-from flexmb.integrate.alpha.variables import Controls, Motions
+from flexmb.integrate.alpha.variables import Apart, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import to_body_axes, turn
 from flexmb.integrate.runs.gap import EVERY, measure
 from flexmb.integrate.runs.reaction_errors import add_difference
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.block_substitution import lu_solve
 from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
+from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
-from flexmb.math.tables import CHOICE, NUMBER, WORK, State
+from flexmb.math.tables import CHOICE, NUMBER, WORK, State, void
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate, keep_branches
 
 __all__ = ["compare_reactions", "follow", "follow_anew", "local_errors"]
@@ -198,7 +199,7 @@ def compare_reactions(program, work, motions, c, lam):
     add_difference(lam, s.lam1, apart.reactions)
 
 
-@inner_kernel
+@kernel_on_demand(void, numba_type(Variables), numba_type(Variables), numba_type(Apart), CHOICE)
 def _carry(v, s, apart, with_rates):
     """Take the distance of the motions over a step as it was; of the accelerations too, or none."""
     for i in range(len(v.q)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from flexmb.integrate.alpha.variables import Motions
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes
 from flexmb.math.energies import write_powers
-from flexmb.math.kernel import entry_kernel
+from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.plain_loops import copy_into
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
@@ -16,7 +16,7 @@ from flexmb.system.program import evaluate
 __all__ = ["take_jump"]
 
 
-@entry_kernel(PROGRAM, WORK, numba_type(Motions), COUNT)
+@kernel_on_demand(COUNT, PROGRAM, WORK, numba_type(Motions), COUNT)
 def take_jump(program, work, motions, sweeps):
     """Write what accelerations, multipliers and powers are after a jump of the loads; return -1, or a place where the
     matrix is singular.

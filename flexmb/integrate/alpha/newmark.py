@@ -349,7 +349,7 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
                 keep_axes(program.frames, v.axes, v.u1, h)
             local_errors(program, work, motions, c, h)
             _accept(program, work, v, c, h, planned, powers)
-            changed = keep_switches(v.switching, h)
+            changed = keep_switches(v.switching, h) if len(v.switching.now) > 0 else SAME
             follow(program, work, motions, c, h, now, short)
             if changed == JUMPED:  # what a step across it tells of accelerations is rounding divided by its size
                 take_jump(program, work, motions, max(c.sweeps, 2))

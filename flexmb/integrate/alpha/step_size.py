@@ -9,10 +9,11 @@ from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes
 from flexmb.math.block_substitution import lu_solve
 from flexmb.math.energies import write_powers
 from flexmb.math.kernel import entry_kernel, kernel
+from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.plain_loops import all_finite, copy_into
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import array_type, numba_type
-from flexmb.math.tables import FLOATS, NUMBER, WORK, State
+from flexmb.math.tables import CHOICE, FLOATS, NUMBER, WORK, State
 from flexmb.system.accelerations import accelerations, corrected_accelerations
 from flexmb.system.program import evaluate
 
@@ -49,7 +50,8 @@ def change_of_velocities(program, work, v, h):
             return
         for i in range(len(v.u)):
             v.change[i] = v.right[i]
-        turn(v.world, v.q, v.change)
+        if len(v.world) > 0:
+            turn(v.world, v.q, v.change)
 
 
 @entry_kernel(PROGRAM, WORK, numba_type(Variables), NUMBER)
@@ -93,7 +95,7 @@ def is_short(v, c, h, planned):
     return noise or h < SHORT * v.run[0].size
 
 
-@entry_kernel(PROGRAM, WORK, numba_type(Variables), numba_type(Controls), NUMBER)
+@kernel_on_demand(CHOICE, PROGRAM, WORK, numba_type(Variables), numba_type(Controls), NUMBER)
 def settle_short_step(program, work, v, c, h):
     """Solve for accelerations and multipliers at the end of a short step: its own are the rounding of positions
     divided by the square of its size. Where there is no solution they stay as they are; return if there is.

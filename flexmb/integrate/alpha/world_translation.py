@@ -9,7 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.math.kernel import kernel
+from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.rotations import euler_to_matrix
+from flexmb.math.structures import array_type
+from flexmb.math.tables import FLOATS, INTEGERS, void
 from flexmb.model.model import GROUND
 
 __all__ = ["frames_in_world_axes", "move", "to_body_axes", "to_increment", "to_world_axes", "turn"]
@@ -39,7 +42,7 @@ def frames_in_world_axes(system) -> np.ndarray:
     return frames[[int(iu) in travelling for iu in frames[:, 1]]]
 
 
-@kernel
+@kernel_on_demand(void, array_type(INTEGERS, 2), array_type(FLOATS), array_type(FLOATS))
 def turn(frames, q, x):
     """Turn the translations of `x` (nu,) from body axes to W, in place."""
     R = np.empty((3, 3))
@@ -59,17 +62,25 @@ def to_world_axes(frames, q, u, a):
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
             a[iu + i] += u[iu + 3 + j] * u[iu + k] - u[iu + 3 + k] * u[iu + j]
-    turn(frames, q, u)
-    turn(frames, q, a)
+    if len(frames) > 0:
+        turn(frames, q, u)
+        turn(frames, q, a)
 
 
 @kernel
 def to_body_axes(frames, q, u, a, body_u, body_a):
     """Write velocities and accelerations in body axes: v = R^T v_W, v' = R^T v_W' - w x v."""
-    R = np.empty((3, 3))
     for i in range(len(u)):
         body_u[i] = u[i]
         body_a[i] = a[i]
+    if len(frames) > 0:
+        _turn_back(frames, q, u, a, body_u, body_a)
+
+
+@kernel_on_demand(void, array_type(INTEGERS, 2), *[array_type(FLOATS)] * 5)
+def _turn_back(frames, q, u, a, body_u, body_a):
+    """Write what `to_body_axes` writes of the frames (n, 2)."""
+    R = np.empty((3, 3))
     for n in range(len(frames)):
         iq, iu = frames[n, 0], frames[n, 1]
         euler_to_matrix(q[iq + 3 : iq + 7], R)
@@ -108,4 +119,5 @@ def to_increment(frames, world, q, dx, x):
         x[k + 3] += 0.5 * (d[4] * y2 - d[5] * y1)
         x[k + 4] += 0.5 * (d[5] * y0 - d[3] * y2)
         x[k + 5] += 0.5 * (d[3] * y1 - d[4] * y0)
-    turn(world, q, x)
+    if len(world) > 0:
+        turn(world, q, x)

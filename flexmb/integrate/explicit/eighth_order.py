@@ -135,7 +135,8 @@ def run_to(program, work, tree, s, sw, goal, most, pause):
         if part < 1.0:
             s.run[0].next_step = part * h
             continue
-        keep_switches(sw, h)
+        if len(sw.now) > 0:
+            keep_switches(sw, h)
         done, singular = done + 1, 0
         s.run[0].steps += 1
         growth = min(GROWTH, SAFETY * max(error, 1e-30) ** -0.125)

@@ -16,11 +16,9 @@ from flexmb.integrate.implicit.through import SHORT, UNSURE, Going, GoingOn, run
 from flexmb.integrate.motion import Motion
 from flexmb.integrate.runs.added_error import AddedError
 from flexmb.integrate.runs.gap import added_error
-from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience
 from flexmb.integrate.runs.spin_axes import new_axes
-from flexmb.integrate.runs.switches import allowed
 from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.direct import direct
 from flexmb.math.energies import powers
@@ -245,7 +243,7 @@ class Implicit(metaclass=Described):
     eliminates: ClassVar[bool] = True
     """Each step solves with the factorised matrix of all bodies and joints."""
     entries: ClassVar[tuple] = (run_through,)
-    parts: ClassVar[tuple] = (run_step, follow, allowed, keep_switches)
+    parts: ClassVar[tuple] = (run_step, follow)
     """Kernels that a run will call: compiled meanwhile by other processes when they are missing."""
 
     def __post_init__(self):

@@ -212,7 +212,8 @@ def _closed(chart, program, work, g):
 @inner_kernel
 def _accepted(chart, program, work, r, b, sw, g, h):
     """Make the end of a step the start of the next."""
-    keep_switches(sw, h)
+    if len(sw.now) > 0:
+        keep_switches(sw, h)
     keep_axes(program.frames, r.axes, r.state.u, h)
     if b.run[0].followed and h * h > 0.0:  # it divides by this square
         touched = 1 if len(sw.now) > 0 and sw.limits[0].closed == 1 else 0

@@ -360,7 +360,7 @@ class Stepper:
             self.complaint, self.most = "", 0.25 * h
             self.counts[DIVERGED] += 1
             return True
-        part = part_of_step(self.system.program, self.switching, self._present(), self.work, h, 1)
+        part = part_of_step(self.system.program, self.switching, self._present(), self.work, h, True)
         self.most = min(self.settings.step, max(part, shortest / h) * h)
         if part < 1.0 and h > shortest:
             self.q, self.u, self.lam, self.a, self.points, self.P, self.closed, self.wrenches = arrays

@@ -8,8 +8,8 @@ from typing import Any
 
 from flexmb.errors import ModelError
 from flexmb.integrate.impulsive import require_method
+from flexmb.integrate.runs.ahead_of_run import compile_ahead_of_run
 from flexmb.integrate.runs.simulate import chosen_integrator, run_assembled, sample_times, state_at
-from flexmb.math.ahead import compile_ahead
 from flexmb.model.block import Block
 from flexmb.model.methods import require_time_limit
 from flexmb.model.model import Model
@@ -67,7 +67,7 @@ class Family:
         clock, told, heard = time.perf_counter(), [], []
         assembled = self._alikes.assembled(model, 0.0) if start is None else None
         if assembled is None:
-            compile_ahead(getattr(integrator, "entries", ()), getattr(integrator, "parts", ()))
+            compile_ahead_of_run(model, integrator)
             state = None if start is None else state_at(start, model, 0.0)
             with listening() as heard:
                 assembled = (

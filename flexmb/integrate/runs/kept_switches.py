@@ -9,11 +9,12 @@ from flexmb.integrate.runs.gaps_in_steps import first_change, gap_at, rate_of_ga
 from flexmb.integrate.runs.spells import follow_spell, forget_spell
 from flexmb.integrate.runs.switching import Switching
 from flexmb.math.impact_steps import SLOWLY
-from flexmb.math.kernel import entry_kernel, inner_kernel
+from flexmb.math.kernel import inner_kernel
+from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.plain_loops import copy_into
 from flexmb.math.structures import numba_type
 from flexmb.math.switches import CROSSING, DISTANCE, FORMULA, GAP, HELD, KINK, PIECE, SLIP, TURN, TURN_GAP, UNITLESS
-from flexmb.math.tables import NUMBER
+from flexmb.math.tables import COUNT, NUMBER
 
 __all__ = ["BENT", "JUMPED", "SAME", "keep_switches"]
 
@@ -42,7 +43,7 @@ def _within(a, b, h, apart):
     return apart <= 4.0 * speed * h and first_change(a, b, h, 0.0) <= 1.0
 
 
-@entry_kernel(numba_type(Switching), NUMBER)
+@kernel_on_demand(COUNT, numba_type(Switching), NUMBER)
 def keep_switches(sw, h):
     """Make the end of a step the start of the next; return if a contact has begun or ended, or a formula has passed a
     kink (BENT) or a jump (JUMPED).

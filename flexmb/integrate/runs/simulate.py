@@ -17,13 +17,13 @@ from flexmb.integrate.nonsmooth.apart import require_drawn_apart
 from flexmb.integrate.orbital import default_integrator, far_from_origin, unless_stiff
 from flexmb.integrate.overlaps import overlaps
 from flexmb.integrate.oversights import oversights
+from flexmb.integrate.runs.ahead_of_run import compile_ahead_of_run
 from flexmb.integrate.runs.interruption import lost_interrupts
 from flexmb.integrate.runs.phases import Phases
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
 from flexmb.integrate.runs.reasons import require_end
 from flexmb.integrate.runs.record import Recorder
 from flexmb.integrate.runs.watch import carried
-from flexmb.math.ahead import compile_ahead
 from flexmb.model.described import check_kind, is_number
 from flexmb.model.methods import is_integrator, require_time_limit
 from flexmb.model.model import Model
@@ -195,7 +195,7 @@ def simulate(
     require_time_limit(time_limit, "simulate")
     times = sample_times(t_start, t_end, samples)
     require_orbit(model, float(times[-1]))
-    compile_ahead(getattr(integrator, "entries", ()), getattr(integrator, "parts", ()))
+    compile_ahead_of_run(model, integrator)
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []

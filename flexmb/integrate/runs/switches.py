@@ -13,11 +13,12 @@ from flexmb.integrate.runs.formula_kinks import crossed, left_piece
 from flexmb.integrate.runs.gaps_in_steps import first_change, gap_at, rate_of_gap
 from flexmb.integrate.runs.switching import Switching, read_switches
 from flexmb.math.impact_steps import AT_BEGIN, LONGEST, SHORTEST, SLOWLY, fitting, slow_speed, strikes, struck
-from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
+from flexmb.math.kernel import inner_kernel
+from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
 from flexmb.math.switches import CROSSING, KINK, PIECE, SLIP, TURN, TURN_GAP, call_sweep
-from flexmb.math.tables import CHOICE, NUMBER
+from flexmb.math.tables import CHOICE, NUMBER, STATE, WORK
 from flexmb.system.program import run_kernels
 
 __all__ = ["allowed", "part_of_step"]
@@ -68,7 +69,7 @@ def _swept(program, sw, h, adaptive):
     return part[0]
 
 
-@entry_kernel(PROGRAM, numba_type(Switching), NUMBER, CHOICE)
+@kernel_on_demand(NUMBER, PROGRAM, numba_type(Switching), NUMBER, CHOICE)
 def allowed(program, sw, h, adaptive):
     """Return the part of a step that may be taken; from 1.0 on it may, and the next be so many times as long.
 
@@ -124,7 +125,7 @@ def allowed(program, sw, h, adaptive):
     return least
 
 
-@kernel
+@kernel_on_demand(NUMBER, PROGRAM, numba_type(Switching), STATE, WORK, NUMBER, CHOICE)
 def part_of_step(program, sw, state, work, h, adaptive):
     """Return `allowed` of a step with the end `state`; markers are placed anew.
 
