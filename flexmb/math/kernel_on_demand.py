@@ -13,7 +13,6 @@ import threading
 from collections.abc import Callable
 from hashlib import blake2b
 from inspect import Parameter, Signature, signature
-from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -30,8 +29,8 @@ BYTES_OF = ir.IntType(8).as_pointer()
 CALLBACK = ctypes.CFUNCTYPE(None)
 INTERRUPTIONS = 3
 """So many times compiling begins again after Ctrl-C."""
-CALL = blake2b(Path(__file__).read_bytes(), digest_size=8).hexdigest()
-"""Of this file, which makes the code of calls: it is part of the names of callers' machine code."""
+_kept: list[KernelOnDemand] = []
+"""All of this process: machine code refers to their cells, also after a module was loaded anew."""
 
 
 class KernelOnDemand:
@@ -41,17 +40,18 @@ class KernelOnDemand:
     ----------
     kernel : the compiled function
     types : numba's signature of it
-    call_digest : of how kernels call it
+    call_digest : of the function that writes calls, a part of the names of callers' machine code
     """
 
-    call_digest = CALL
+    call_digest = ""
 
     def __init__(self, function: Callable, declared: TypedSignature):
         self.kernel = entry_kernel(*declared.args)(function)
         self.types = declared
         self.__doc__ = function.__doc__
         self._name = f"{function.__module__}.{function.__qualname__}"
-        self._cell, self._filler = ctypes.c_void_p(), CALLBACK(self._fill)  # kept as long as code may refer to them
+        self._cell, self._filler = ctypes.c_void_p(), CALLBACK(self._fill)
+        _kept.append(self)
         llvm.add_symbol(self._symbol("cell"), ctypes.addressof(self._cell))
         llvm.add_symbol(self._symbol("fill"), ctypes.cast(self._filler, ctypes.c_void_p).value)
         template = make_intrinsic_template(self, _typing(self, function), function.__qualname__)
@@ -121,6 +121,12 @@ class KernelOnDemand:
         with cgutils.if_unlikely(builder, status.is_error):
             convention.return_status_propagate(builder, status)
         return found
+
+
+_writer = KernelOnDemand.call.__code__
+KernelOnDemand.call_digest = blake2b(
+    repr((_writer.co_code, _writer.co_consts, _writer.co_names)).encode(), digest_size=8
+).hexdigest()
 
 
 def _typing(called: KernelOnDemand, function: Callable) -> Callable:

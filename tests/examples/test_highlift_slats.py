@@ -26,7 +26,7 @@ def test_outcome_5_11():
 def test_rollers_add_backlash_to_it():
     """A pair of rollers 15 deg behind the other: gap and overlap of 0.2 mm together let the centre of the rack move by
     0.2 mm/sin 15 deg along the path, 1 mrad; the line stays straight within that."""
-    solution = run("slats")
+    solution = at_rest(-1)
     full = np.radians(SLATS["max_angle_deg"])
     for number in range(1, 7):
         progress = solution[f"s{number}_t1_pinion angle"] / np.radians(SLATS["pinion"]["pinion_range_deg"])

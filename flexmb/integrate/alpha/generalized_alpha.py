@@ -24,6 +24,7 @@ from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
 from flexmb.integrate.runs.reaction_errors import shares_of_reactions
 from flexmb.integrate.runs.spin_axes import new_axes
+from flexmb.integrate.runs.switches import part_of_step
 from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.integrate.settled import settle_rows
 from flexmb.math.direct import direct
@@ -200,6 +201,8 @@ class GeneralizedAlpha(metaclass=Described):
         rounding = max(1e-13 * system.lengths.whole, system.lengths.rounding)
         over = PassedOver(floor=floor, impact=share, slip=SLIP, blur=1.0, duration=span, rounding=rounding)
         switching = new_switching(system, state, work, over, fixed=self.step is not None)
+        if len(switching.now):
+            part_of_step.ready()
         at_start = powers(work.energy)
         variables = Variables(
             q=state.q.copy(),

@@ -10,7 +10,7 @@ from flexmb.math.ahead import compile_ahead
 from flexmb.math.jets import run_program
 from flexmb.model.signal import Signal
 
-__all__ = ["compile_ahead_of_run"]
+__all__ = ["compile_ahead_of_run", "ready_for_kinks"]
 
 
 def compile_ahead_of_run(model: Any, integrator: Any) -> int:
@@ -28,3 +28,10 @@ def compile_ahead_of_run(model: Any, integrator: Any) -> int:
     if any(getattr(getattr(part, "table", None), "switches", 0) for part in parts):
         needed += [allowed, keep_switches, part_of_step]
     return compile_ahead(getattr(integrator, "entries", ()), getattr(integrator, "parts", ()), needed)
+
+
+def ready_for_kinks(system: Any) -> None:
+    """Make ready what runs of a system with kinks call: one that waits for the compiler in its steps looks slow."""
+    if len(system.switch_owners):
+        for called in (allowed, keep_switches):
+            called.ready()

@@ -17,7 +17,7 @@ from flexmb.integrate.nonsmooth.apart import require_drawn_apart
 from flexmb.integrate.orbital import default_integrator, far_from_origin, unless_stiff
 from flexmb.integrate.overlaps import overlaps
 from flexmb.integrate.oversights import oversights
-from flexmb.integrate.runs.ahead_of_run import compile_ahead_of_run
+from flexmb.integrate.runs.ahead_of_run import compile_ahead_of_run, ready_for_kinks
 from flexmb.integrate.runs.interruption import lost_interrupts
 from flexmb.integrate.runs.phases import Phases
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps
@@ -247,6 +247,7 @@ def run_assembled(
     integrator, stiff = unless_stiff(integrator, system, begin, float(times[-1] - times[0]))
     told += [*stiff, *far_from_origin(system), *overlaps(system, begin)]
     recorder = Recorder(model, output, write_model)
+    ready_for_kinks(system)
     phases = Phases(integrator, recorder, times, progress, whole=regular, time_limit=time_limit)
     phases.validity.keep(heard)
     phases.validity.tell(told)

@@ -73,8 +73,9 @@ def _all_switches(system, state, work, over: PassedOver, n: int) -> Switching:
         since=np.full(n, np.inf),
         spells=np.zeros(n, Spell.dtype),
     )
-    read_switches(system.program, sw, state, work)
-    sw.now[:] = sw.then
+    if n:
+        read_switches(system.program, sw, state, work)
+        sw.now[:] = sw.then
     return sw
 
 
