@@ -45,11 +45,10 @@ def execute(arguments: argparse.Namespace) -> int:
 def _shown(folder: Path, run: Path) -> int:
     """Go from the mesh to the pictures, and tell about it."""
     from flexmb.math import compile_ahead
-    from flexmb.math.jets import run_program
 
     clock = _Clock()
     needed = fmb.GeneralizedAlpha  # for the third part, during the first and second
-    compile_ahead(needed.entries, needed.parts, (run_program,))
+    compile_ahead(needed.entries, needed.parts)
     for name in (STATION, MESH):
         shutil.copyfile(DATA / name, folder / name)
 
