@@ -111,7 +111,8 @@ def _add_rates(program, work, s, apart, rates, x):
         if not np.isfinite(s.right[i]):
             return
         apart.x[i] = s.right[i]
-    turn(s.world, s.q1, apart.x)
+    if len(s.world) > 0:
+        turn(s.world, s.q1, apart.x)
     for i in range(nu):
         x[i] += apart.x[i]
 
