@@ -26,7 +26,6 @@ from flexmb.constraints.measured_kernels import (
     WHATS,
     measure_scalar,
 )
-from flexmb.math.jets import run_program
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.operations import STACK
 from flexmb.math.plain_loops import knots_until
@@ -335,8 +334,8 @@ def switch(raw, data, state, work, out):
         first += row.n_kinks
 
 
-LOOP = Table("Loop", ROW, {"apply": sample, "switch": switch}, switches="n_kinks", on_demand=(run_program,))
-LOOP_TANGENT = Table("LoopTangent", ROW, {"apply": tangent}, on_demand=(run_program,))
+LOOP = Table("Loop", ROW, {"apply": sample, "switch": switch}, switches="n_kinks")
+LOOP_TANGENT = Table("LoopTangent", ROW, {"apply": tangent})
 
 
 def words(numbers: Any) -> np.ndarray:
