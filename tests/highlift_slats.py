@@ -9,6 +9,7 @@ from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from highlift_runs import DATA, FOLDER, run
 
 import flexmb as fmb
@@ -83,3 +84,36 @@ def by_hand(number, deflection, k):
         front, rear, tooth = np.linalg.solve(matrix, -np.array([*half, turning]))
         found.append((front, rear, tooth * SLATS["pinion"]["pitch_radius"]))
     return SimpleNamespace(fixed=found[0], free=found[1])
+
+
+def assert_forces_by_hand(solution, number, row):
+    """Assert that the last forces of rollers and teeth of a slat are those of equilibrium, for the `row` of the
+    airload."""
+    expected = by_hand(number, np.radians(SLATS["max_angle_deg"]) * (0.0 if row == 0 else 1.0), row)
+    largest = max(abs(expected.fixed[2]), abs(expected.free[2]))
+    for track, (front, rear, torque) in ((f"s{number}_t1", expected.fixed), (f"s{number}_t2", expected.free)):
+        scale = abs(front) + abs(rear)
+        assert pair_force(solution, track, "front", -1) == pytest.approx(front, abs=0.01 * scale)
+        assert pair_force(solution, track, "rear", -1) == pytest.approx(rear, abs=0.01 * scale)
+        assert solution[f"{track}_tooth force"][-1, 5] == pytest.approx(torque, abs=0.01 * largest)
+
+
+def assert_backlash(solution, numbers):
+    """Assert that these slats follow their pinions, but for the backlash of their rollers."""
+    full = np.radians(SLATS["max_angle_deg"])
+    for number in numbers:
+        progress = solution[f"s{number}_t1_pinion angle"] / np.radians(SLATS["pinion"]["pinion_range_deg"])
+        off = angle(solution, number) - full * progress
+        assert 1e-5 < np.abs(off).max() < 1.5e-3
+    assert solution["loop closure"].max() < 1e-6
+
+
+def assert_shared_rollers(solution, tracks):
+    """Assert for {slat: number of its tracks} that the two contacts of a roller carry the same: nothing loads a slat
+    sideways or across its tracks."""
+    for number, last in tracks.items():
+        for track in range(1, last + 1):
+            name = f"s{number}_t{track}_front outer"
+            left, right = (solution[f"{name} {side} force"][-1, 2] for side in SIDES)
+            assert left < -1e3
+            assert left == pytest.approx(right, rel=0.05)

@@ -5,7 +5,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from highlift_runs import DATA, FOLDER, run
-from highlift_slats import BALL, PAIRS, SIDES, SLATS, by_hand, pair_force
+from highlift_slats import (
+    BALL,
+    PAIRS,
+    SIDES,
+    SLATS,
+    assert_backlash,
+    assert_forces_by_hand,
+    assert_shared_rollers,
+    by_hand,
+    pair_force,
+)
 
 import flexmb as fmb
 
@@ -79,13 +89,19 @@ def lost():
     return run("slat_roller_lost")
 
 
-def test_before_the_loss_nothing_differs(lost):
-    """The edges of the openings carry nothing; the rollers as in operation."""
-    sound, early = run("slats"), lost.t < FAILURE - 0.01
-    assert not np.any(lost["s1_t2_front outer edge force"][early])
+def test_before_the_loss_the_edges_carry_nothing(lost):
+    assert not np.any(lost["s1_t2_front outer edge force"][lost.t < FAILURE - 0.01])
+
+
+@pytest.mark.slow
+def test_what_is_not_lost_moves_as_in_operation(lost):
+    """Before the loss the rollers carry what they carry in operation, after it the other slats do."""
+    sound = run("slats")
     for track in ("s1_t1", "s1_t2"):
         one = np.interp(0.6, sound.t, sound[f"{track}_front outer left force"][:, 2])
         assert np.interp(0.6, lost.t, lost[f"{track}_front outer left force"][:, 2]) == pytest.approx(one, rel=0.01)
+    other = "s2_t2_tooth force"
+    assert lost[other][-1, 5] == pytest.approx(sound[other][-1, 5], rel=0.02)
 
 
 def test_the_edge_takes_over_the_force_of_the_roller(lost):
@@ -104,9 +120,16 @@ def test_the_edge_takes_over_the_force_of_the_roller(lost):
     assert lost["s1_t2_tooth force"][-1, 5] == pytest.approx(torque, rel=0.08)
     assert pair_force(lost, "s1_t1", "front", -1) == pytest.approx(expected.fixed[0], rel=0.01)
     assert pair_force(lost, "s1_t1", "rear", -1) == pytest.approx(expected.fixed[1], rel=0.01)
-    sound = run("slats")
-    other = "s2_t2_tooth force"
-    assert lost[other][-1, 5] == pytest.approx(sound[other][-1, 5], rel=0.02)
+    other = by_hand(2, np.radians(SLATS["max_angle_deg"]), -1)
+    assert lost["s2_t2_tooth force"][-1, 5] == pytest.approx(other.free[2], rel=0.02)
+
+
+def test_the_other_slats_extend_as_ever(lost):
+    """In the landing setting, at rest: what test_highlift_slats.py says of all of them in operation."""
+    assert_backlash(lost, range(2, 7))
+    assert_shared_rollers(lost, {2: 2, 6: 3})
+    for number in (3, 5):
+        assert_forces_by_hand(lost, number, -1)
 
 
 def test_the_slat_stands_askew(lost):

@@ -6,7 +6,19 @@ Reference: the statements of the data set (README 5), and equilibrium of a track
 import numpy as np
 import pytest
 from highlift_runs import FOLDER, run
-from highlift_slats import PAIRS, SIDES, SLATS, angle, at_rest, by_hand, held_slat, pair_force
+from highlift_slats import (
+    PAIRS,
+    SIDES,
+    SLATS,
+    angle,
+    assert_backlash,
+    assert_forces_by_hand,
+    assert_shared_rollers,
+    at_rest,
+    by_hand,
+    held_slat,
+    pair_force,
+)
 from tolerances import SOLVER
 
 import flexmb as fmb
@@ -23,41 +35,23 @@ def test_outcome_5_11():
         assert np.abs(angle(solution, number) / full - progress).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_rollers_add_backlash_to_it():
     """A pair of rollers 15 deg behind the other: gap and overlap of 0.2 mm together let the centre of the rack move by
     0.2 mm/sin 15 deg along the path, 1 mrad; the line stays straight within that."""
-    solution = at_rest(-1)
-    full = np.radians(SLATS["max_angle_deg"])
-    for number in range(1, 7):
-        progress = solution[f"s{number}_t1_pinion angle"] / np.radians(SLATS["pinion"]["pinion_range_deg"])
-        off = angle(solution, number) - full * progress
-        assert 1e-5 < np.abs(off).max() < 1.5e-3
-    assert solution["loop closure"].max() < 1e-6
+    assert_backlash(at_rest(-1), range(1, 7))
 
 
 @pytest.mark.parametrize("number", [1, 3, 5])
-@pytest.mark.parametrize("row", [0, -1])
+@pytest.mark.parametrize("row", [0, pytest.param(-1, marks=pytest.mark.slow)])
 def test_roller_forces_and_pinion_torques_by_hand(number, row):
     """Retracted and in the landing setting, at rest."""
-    solution = at_rest(row)
-    expected = by_hand(number, np.radians(SLATS["max_angle_deg"]) * (0.0 if row == 0 else 1.0), row)
-    largest = max(abs(expected.fixed[2]), abs(expected.free[2]))
-    for track, (front, rear, torque) in ((f"s{number}_t1", expected.fixed), (f"s{number}_t2", expected.free)):
-        scale = abs(front) + abs(rear)
-        assert pair_force(solution, track, "front", -1) == pytest.approx(front, abs=0.01 * scale)
-        assert pair_force(solution, track, "rear", -1) == pytest.approx(rear, abs=0.01 * scale)
-        assert solution[f"{track}_tooth force"][-1, 5] == pytest.approx(torque, abs=0.01 * largest)
+    assert_forces_by_hand(at_rest(row), number, row)
 
 
+@pytest.mark.slow
 def test_both_substitutes_share_a_roller():
-    """Nothing loads the slat sideways or across its tracks: the two contacts of a roller carry the same."""
-    solution = at_rest(-1)
-    for number, tracks in ((1, 2), (6, 3)):
-        for track in range(1, tracks + 1):
-            name = f"s{number}_t{track}_front outer"
-            left, right = (solution[f"{name} {side} force"][-1, 2] for side in SIDES)
-            assert left < -1e3
-            assert left == pytest.approx(right, rel=0.05)
+    assert_shared_rollers(at_rest(-1), {1: 2, 6: 3})
 
 
 def test_no_force_inside_the_backlash():
