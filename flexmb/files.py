@@ -6,9 +6,10 @@ import errno
 import os
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from flexmb.errors import DataFileError
 
@@ -21,10 +22,13 @@ __all__ = [
     "replacing",
     "resolved",
     "text_of",
+    "without_formulas",
     "write_text",
 ]
 
 _PREFIX, _SUFFIX = ".flexmb.", ".part"
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""With these a text begins that a spreadsheet takes for a formula."""
 
 
 @contextmanager
@@ -83,6 +87,25 @@ def write_text(
     ):
         stream.write(text)
     return Path(path)
+
+
+def without_formulas(cells: Iterable[Any]) -> list[Any]:
+    """Return the cells of a row of a CSV table, with an apostrophe before texts that a spreadsheet would compute.
+
+    Names, texts of parameters and messages come from files of other people, and a formula can start programs
+    (CWE-1236). Numbers stay as they are, also as text.
+    """
+    return [f"'{cell}" if isinstance(cell, str) and _is_formula(cell) else cell for cell in cells]
+
+
+def _is_formula(cell: str) -> bool:
+    if not cell.startswith(_FORMULA):
+        return False
+    try:
+        float(cell)
+    except ValueError:
+        return True
+    return False
 
 
 def resolved(path: str | Path) -> Path:

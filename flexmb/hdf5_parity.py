@@ -122,7 +122,8 @@ def mend(path: str | Path) -> Mended | None:
             restored = _restored(stream, k, head, sums, checks) if of_group[k % groups] == 1 else None
             if restored is None:
                 restored = _with_structure(stream, mended, first, last, structure)
-            mended.blocks[first] = restored[: last - first]
+            if restored is not None:
+                mended.blocks[first] = restored[: last - first]
             _extend(mended.damaged, first, last)
         return mended
 
@@ -158,9 +159,11 @@ def _read_notes(mended: Mended, notes: bytes) -> bytes:
     return structure if fits else b""
 
 
-def _with_structure(stream: BinaryIO, mended: Mended, first: int, last: int, structure: bytes) -> bytes:
-    """Return a block that is lost with what lies between its rows as it was; note what of it stays lost."""
-    found, at = _block(stream, first, last - first), 0
+def _with_structure(stream: BinaryIO, mended: Mended, first: int, last: int, structure: bytes) -> bytes | None:
+    """Return a block that is lost with what lies between its rows as it was; note what of it stays lost. None if all of
+    it does: most of a large file may be lost, and is not held in memory.
+    """
+    found, at, known = _block(stream, first, last - first), 0, False
     left = first
     for start, stop in _gaps(mended.length, mended.rows) if structure else ():
         a, b = max(start, first), min(stop, last)
@@ -168,11 +171,11 @@ def _with_structure(stream: BinaryIO, mended: Mended, first: int, last: int, str
             found[a - first : b - first] = np.frombuffer(structure, np.uint8, b - a, at + a - start)
             if left < a:
                 _extend(mended.lost, left, a)
-            left = b
+            left, known = b, True
         at += stop - start
     if left < last:
         _extend(mended.lost, left, last)
-    return found.tobytes()
+    return found.tobytes() if known else None
 
 
 def _restored(stream: BinaryIO, k: int, head: tuple[int, ...], sums: int, checks: np.ndarray) -> bytes | None:

@@ -8,10 +8,12 @@ run keeps its samples.
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -177,9 +179,26 @@ def happened(solution: fmb.Solution) -> list[str]:
     return [f"event at t = {phase.t[-1]:.6g} s: {phase.ended}" for phase in solution.phases[:-1]]
 
 
+@contextmanager
+def _in_this_folder() -> Iterator[None]:
+    """Come back to the working folder: Python parts of the model may leave another one, and paths are relative."""
+    try:
+        here = os.open(os.curdir, os.O_RDONLY) if os.name != "nt" else os.getcwd()
+    except OSError:  # it may not be read, or was removed
+        yield
+        return
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            os.chdir(here)
+        if isinstance(here, int):
+            os.close(here)
+
+
 def computed(simulate: Callable[[Callable], fmb.Solution], load: Callable[[], fmb.Solution], log: Log):
     """Return what `simulate(progress)` returns; after a failure or an interruption what was computed until then."""
-    with ProgressBar() as bar:
+    with ProgressBar() as bar, _in_this_folder():
         try:
             return simulate(lambda t, t_end: bar("simulating", t / t_end))
         except IntegrationError as error:

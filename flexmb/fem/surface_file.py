@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.errors import MeshError, did_you_mean
 from flexmb.fem.announced import require_counts
 from flexmb.fem.foreign_files import require_file, understood, whole_numbers
+from flexmb.fem.gltf_scene import require_plain_scene
 
 __all__ = ["SurfaceTable", "read_surface", "read_triangles"]
 
@@ -48,6 +49,7 @@ def read_surface(path: str | Path, field: str = "", scale: float = 1.0) -> Surfa
     points, triangles, blocks = _triangles(mesh, part)
     pressures = [np.asarray(mesh.cell_data[name][k], float) for k in blocks] if name in mesh.cell_data else []
     pressure = np.concatenate(pressures) if pressures else np.asarray(mesh.point_data[name], float)
+    _require_finite(part, f"the field {name}", pressure)
     found = {"points": scale * points, "triangles": triangles, "pressure": pressure}
     return {**found, "by_triangle": bool(pressures)}
 
@@ -68,10 +70,12 @@ def read_triangles(path: str | Path, scale: float = 1.0) -> tuple[np.ndarray, np
         with understood(part, "a scene that trimesh reads (pip install trimesh)", "Export .stl or .ply"):
             import trimesh
         with understood(part, "a complete scene of glTF 2.0", "Export .stl or .ply", path):
+            require_plain_scene(part, path)
             scene: Any = trimesh.load(path, force="mesh")
             points, faces = np.array(scene.vertices, float), np.array(scene.faces, int)
         if not len(faces):
             raise MeshError(part, found="no triangles", expected="a surface", remedy="Export .stl or .ply")
+        _require_finite(part, "coordinates", points)
         return scale * points, whole_numbers(part, "corners of triangles", faces, 0, len(points) - 1)
     with understood(part, "a mesh that meshio reads", "Export .stl, .ply or .vtk", path):
         mesh = _read(path, part)
@@ -126,8 +130,21 @@ def _triangles(mesh, part: str) -> tuple[np.ndarray, np.ndarray, list[int]]:
         )
     points = np.zeros((len(given), 3))
     points[:, : given.shape[1]] = given
+    _require_finite(part, "coordinates", points)
     corners = np.concatenate(triangles)
     return points, whole_numbers(part, "corners of cells, counted from 0,", corners, 0, len(points) - 1), blocks
+
+
+def _require_finite(part: str, what: str, values: np.ndarray) -> None:
+    """Raise MeshError for infinite numbers and for what is no number."""
+    wrong = ~np.isfinite(np.asarray(values, float))
+    if wrong.any():
+        raise MeshError(
+            part,
+            found=f"{what} with {float(values[wrong].flat[0])} at place {int(np.argwhere(wrong)[0][0]) + 1}",
+            expected="finite numbers",
+            remedy="Export the surface again",
+        )
 
 
 def _pressure_name(names: list[str], field: str, part: str) -> str:
@@ -182,4 +199,6 @@ def _table(path: Path, field: str, scale: float, part: str) -> SurfaceTable:
             remedy=f"Add {', '.join(missing) or 'the area vectors'}",
         )
     points = np.column_stack([own["x"], own["y"], own["z"]])
+    for what, values in (("coordinates", points), ("pressures", pressure), ("areas or normals", areas)):
+        _require_finite(part, what, values)
     return {"points": scale * points, "pressure": pressure, "areas": scale**2 * areas}

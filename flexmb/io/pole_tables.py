@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from flexmb.files import replacing
+from flexmb.files import replacing, without_formulas
 
 __all__ = ["write_poles"]
 
@@ -27,7 +27,7 @@ def write_poles(locus, path: str | Path, name: str = "parameter") -> Path:
               for part, unit in (("real part", "1/s"), ("imaginary part", "rad/s"))]  # fmt: skip
     with replacing(path, f"Table '{path}'", folder=True) as part, part.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
-        rows.writerow([name, *titles])
+        rows.writerow(without_formulas([name, *titles]))
         for value, poles in zip(locus.values, locus.poles, strict=True):
             rows.writerow([repr(float(value)), *(repr(float(x)) for pole in poles for x in (pole.real, pole.imag))])
     return path

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexmb.files import replacing
+from flexmb.files import replacing, without_formulas
 
 __all__ = ["write_response", "write_spectra"]
 
@@ -56,6 +56,6 @@ def write_spectra(plant, frequencies, densities, path: str | Path) -> Path:
 def _written(path: Path, titles: list[str], columns: list[np.ndarray]) -> Path:
     with replacing(path, f"Table '{path}'", folder=True) as part, part.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
-        table.writerow(titles)
+        table.writerow(without_formulas(titles))
         table.writerows([repr(float(x)) for x in row] for row in zip(*columns))
     return path

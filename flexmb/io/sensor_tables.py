@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexmb.files import replacing
+from flexmb.files import replacing, without_formulas
 
 __all__ = ["labels", "write_table"]
 
@@ -35,6 +35,6 @@ def write_table(solution, path: str | Path) -> Path:
         columns += list(values.T)
     with replacing(path, f"Table '{path}'") as part, part.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
-        table.writerow(titles)
+        table.writerow(without_formulas(titles))
         table.writerows([repr(float(x)) for x in row] for row in zip(*columns))
     return path

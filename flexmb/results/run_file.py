@@ -167,12 +167,13 @@ class RunFile:
         return run
 
     def _open(self, path: str | Path, rows: int, seconds: float, doing: str) -> None:
-        self.path, self._rows, self._seconds = Path(path), rows, seconds
-        self._part = f"Solution file '{self.path}'"
+        self._part = f"Solution file '{path}'"
+        check_folder(Path(path), self._part)
+        # absolute, as the program may change its working folder meanwhile
+        self.path, self._rows, self._seconds = Path(path).absolute(), rows, seconds
         self._waiting: list[dict[str, np.ndarray]] = []
         self._phase = False
         self._last = self._tried = time.monotonic()
-        check_folder(self.path, self._part)
         with complaints(self._part, doing):
             self._home = os.stat(self.path.parent)
             self._lock = Lock(self.path, self._part)

@@ -20,7 +20,7 @@ from flexmb.results.phase import INPUTS, Instant, Phase
 from flexmb.results.read_file import read_solution_file
 from flexmb.results.run_file import FIELDS, RunFile, floating_data
 from flexmb.results.series import Series
-from flexmb.results.status import SHARED, Status
+from flexmb.results.status import SHARED, STORED, Status
 
 __all__ = ["SHARED", "Solution"]
 
@@ -276,7 +276,8 @@ class Solution:
                 if phase.inputs is not None and phase.inputs.size:
                     tables[INPUTS], titles[INPUTS] = phase.inputs, tuple(phase.system.inputs)
                 run.end(phase.ended, tables, titles)
-            run.finish(self.status, self.statistics)
+            # where the file of the run was left is nothing that this one could say
+            run.finish(self.status, {name: x for name, x in self.statistics.items() if name != STORED})
         return Path(path)
 
     @staticmethod

@@ -10,7 +10,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from flexmb.errors import DataFileError
 from flexmb.files import complaints, remove_parts, text_of, write_text
@@ -49,12 +49,13 @@ class StudyFolder:
     """
 
     def __init__(self, path: str | Path, plan: Plan, identity: Mapping[str, Any]):
-        self.path, self.plan = Path(path), plan
+        self._part = f"Study folder '{path}'"
+        self.path, self.plan = Path(path).absolute(), plan  # what is computed may change the working folder
         self.runs = self.path / RUNS
         settings = {**identity, "plan": {"names": list(plan.names), "rows": [list(row) for row in plan.rows]}}
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            self._lock = Lock(self.path, f"Study folder '{self.path}'")
+            self._lock = Lock(self.path, self._part)
         except OSError as error:
             raise self._unusable(error) from error
         try:
@@ -86,16 +87,11 @@ class StudyFolder:
 
     def add(self, row: Row) -> None:
         """Store a row; once this returns, it survives the end of the process."""
-        with complaints(f"Study folder '{self.path}'", "add a row to", kept=". The rows so far are kept"):
+        with complaints(self._part, "add a row to", kept=". The rows so far are kept"):
             self._find_again()
-            self._write(row)
+            _add_line(self._stream, row)
             os.fsync(self._stream.fileno())
         self.rows[row.number] = row
-
-    def _write(self, row: Row) -> None:
-        line, done = (json.dumps(row.plain()) + "\n").encode(), 0
-        while done < len(line):  # near the end of the space a write may take a part only
-            done += self._stream.write(line[done:]) or 0
 
     def _find_again(self) -> None:
         """Follow the folder where it was moved, write its rows again where it was removed, and say so."""
@@ -107,28 +103,40 @@ class StudyFolder:
             ours = self.path.is_dir() and {entry.name for entry in self.path.iterdir()} <= {RUNS}  # made by a variant
             home = os.stat(self.path) if ours else self._home
             place = next(path for path in places_for(self.path / ROWS, home) if not path.exists())
-            place.parent.mkdir(parents=True, exist_ok=True)
-            self._stream.close()
-            self._lock.release()
-            self._lock, self._home = Lock(place.parent, f"Study folder '{place.parent}'"), os.stat(place.parent)
-            self._stream = place.open("ab", buffering=0)
-            write_text(place.parent / SETTINGS, json.dumps(self._content, indent=1) + "\n")
-            for row in self.rows.values():
-                self._write(row)
-        self.path, self.runs = place.parent, place.parent / RUNS
+            self._write_again(place)
+        self.path, self.runs, self._part = place.parent, place.parent / RUNS, f"Study folder '{place.parent}'"
         kept = f"its rows were written again in '{self.path}'" if removed else f"it is '{self.path}'"
         tell(f"Study folder '{before}' was {'removed' if removed else 'moved'} during the study: {kept}.", UserWarning)
 
+    def _write_again(self, place: Path) -> None:
+        """Write all rows to a new file and go on there. If that fails, the next row tries it once more."""
+        place.parent.mkdir(parents=True, exist_ok=True)
+        self._home = os.stat(place.parent)
+        self._lock.release()
+        self._lock = Lock(place.parent, f"Study folder '{place.parent}'")
+        stream = place.open("ab", buffering=0)
+        try:
+            write_text(place.parent / SETTINGS, json.dumps(self._content, indent=1) + "\n")
+            for row in self.rows.values():
+                _add_line(stream, row)
+        except BaseException:
+            stream.close()
+            place.unlink(missing_ok=True)
+            raise
+        self._stream.close()
+        self._stream = stream
+
     def close(self) -> None:
         """Write the table of the rows so far."""
-        with complaints(f"Study folder '{self.path}'", "write"):
-            self._find_again()
-        self._stream.close()
         try:
+            with complaints(self._part, "write"):
+                self._find_again()
+            self._stream.close()
             results = Results(self.plan.names, list(self.rows.values()))
             results.write_csv(self.path / TABLE)
             results.write_parquet(self.path / PARQUET)
         finally:
+            self._stream.close()
             self._lock.release()
 
     def _begin(self) -> None:
@@ -140,7 +148,7 @@ class StudyFolder:
                 "a new or empty folder, or the folder of the same study",
                 "Give another one with --out",
             )
-        write_text(self.path / SETTINGS, json.dumps(self._content, indent=1) + "\n", part=f"Study folder '{self.path}'")
+        write_text(self.path / SETTINGS, json.dumps(self._content, indent=1) + "\n", part=self._part)
 
     def _check(self, settings: Mapping[str, Any]) -> None:
         try:
@@ -190,7 +198,13 @@ class StudyFolder:
         return rows
 
     def _error(self, found: str, expected: str, remedy: str) -> DataFileError:
-        return DataFileError(f"Study folder '{self.path}'", found=found, expected=expected, remedy=remedy)
+        return DataFileError(self._part, found=found, expected=expected, remedy=remedy)
+
+
+def _add_line(stream: BinaryIO, row: Row) -> None:
+    line, done = (json.dumps(row.plain()) + "\n").encode(), 0
+    while done < len(line):  # near the end of the space a write may take a part only
+        done += stream.write(line[done:]) or 0
 
 
 def _difference(name: str, stored: Mapping[str, Any], now: Mapping[str, Any]) -> str:

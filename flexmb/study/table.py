@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError, did_you_mean
-from flexmb.files import replacing
+from flexmb.files import replacing, without_formulas
 
 __all__ = ["Results", "Row", "read_row"]
 
@@ -132,8 +132,8 @@ class Results:
         table = self.columns()
         with replacing(path, f"Table '{path}'") as part, part.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow(table)
-            writer.writerows(["" if x is None else x for x in cells] for cells in zip(*table.values()))
+            writer.writerow(without_formulas(table))
+            writer.writerows(without_formulas("" if x is None else x for x in cells) for cells in zip(*table.values()))
         return path
 
     def write_parquet(self, path: str | Path) -> Path | None:

@@ -8,7 +8,7 @@ import pytest
 
 import flexmb as fmb
 from flexmb.cli import main
-from flexmb.results import RunFile, Status
+from flexmb.results import STORED, RunFile, Status
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="no open file can be removed there")
 
@@ -196,3 +196,43 @@ def test_what_a_network_file_system_does_with_a_removed_file(tmp_path):
 def _made(folder):
     folder.mkdir()
     return folder
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_changed_working_folder_is_no_moved_file(tmp_path, monkeypatch):
+    """A callback of the user may change it: the path was given relative to the former one."""
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    file = RunFile("run.h5", rows=1)
+    file.begin()
+    os.chdir(tmp_path / "elsewhere")
+    file.append(*rows(0.0))
+    assert file.finish(Status.finished(0.0)) == tmp_path / "run.h5"
+    assert not file.lost_its_place
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+    assert list(fmb.Solution.load(tmp_path / "run.h5").t) == [0.0]
+
+
+def test_a_saved_copy_does_not_say_where_the_run_was_left(tmp_path):
+    """Else a command that reads the copy takes it for one that has lost its place."""
+    file = RunFile(tmp_path / "run.h5")
+    file.begin()
+    file.append(*rows(0.0))
+    file.finish(Status.finished(0.0))
+    moved = fmb.Solution.load(tmp_path / "run.h5")
+    moved.statistics[STORED] = str(tmp_path / "moved.h5")
+    moved.save(tmp_path / "copy.h5")
+    assert STORED not in fmb.Solution.load(tmp_path / "copy.h5").statistics
+    assert STORED in moved.statistics
+
+
+def test_a_run_whose_model_changes_the_working_folder(ran, tmp_path):
+    """Everything is written where it was asked for, and nothing is said to have moved."""
+    (tmp_path / "elsewhere").mkdir()
+    code, said = ran(lambda: os.chdir(tmp_path / "elsewhere"))
+    assert code == 0
+    assert "moved" not in said
+    assert "removed" not in said
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+    fallen(tmp_path / "run")
+    assert {p.name for p in (tmp_path / "run").iterdir()} == {"solution.h5", "sensors.csv", "model.toml", "log.txt"}

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb import hdf5
+from flexmb import hdf5, hdf5_parity
 from flexmb.errors import DataFileError
 
 LINE = {"samples": 2001, "integrator": fmb.GeneralizedAlpha(step=1e-3)}
@@ -120,3 +120,14 @@ def test_all_samples_lost(whole, tmp_path):
         ),
     ):
         load(path)
+
+
+def test_what_is_lost_is_not_held_in_memory(whole, tmp_path, place_of_q):
+    """It may be most of a large file; only blocks that differ from the file are kept."""
+    offset, size, _ = place_of_q
+    path = tmp_path / "changed.h5"
+    path.write_bytes(whole[:offset] + bytes(size) + whole[offset + size :])
+    mended = hdf5_parity.mend(path)
+    lost = sum(last - first for first, last in mended.lost)
+    assert lost > 0.9 * size
+    assert sum(map(len, mended.blocks.values())) < 0.1 * size

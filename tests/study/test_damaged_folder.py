@@ -1,5 +1,6 @@
 """What stands in a study folder or beside a run may be damaged, or be no file at all: a message, no waiting."""
 
+import csv
 import json
 import os
 import shutil
@@ -13,7 +14,7 @@ from flexmb.errors import DataFileError
 from flexmb.lock import Lock, holder
 from flexmb.study.folder import ROWS, SETTINGS, StudyFolder
 from flexmb.study.plan import Plan
-from flexmb.study.table import Row
+from flexmb.study.table import Results, Row
 
 PLAN = Plan(names=("length",), rows=((1.0,), (2.0,)))
 ROW = Row(number=1, parameters={"length": 1.0}, status="done", values={"max(place)": 0.3}, seconds=0.1)
@@ -116,3 +117,50 @@ def test_a_folder_that_loses_its_place(tmp_path, how):
     assert again.rows == {1: ROW, 2: replace(ROW, number=2)}
     if how == "replaced":
         assert [p.name for p in (tmp_path / "study").iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no open file can be removed there")
+def test_rows_are_tried_again_where_the_folder_could_not_be_written(tmp_path, monkeypatch):
+    """The disk is full while the rows of a removed folder are written again: the next row writes all of them."""
+    study = StudyFolder(tmp_path / "study", PLAN, {"model": "m"})
+    study.add(ROW)
+    shutil.rmtree(tmp_path / "study")
+
+    def full(stream, row):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("flexmb.study.folder._add_line", full)
+        with pytest.raises(DataFileError, match="No space left"):
+            study.add(replace(ROW, number=2))
+    with pytest.warns(UserWarning, match="was removed during the study"):
+        study.add(replace(ROW, number=2))
+    study.close()
+    again = StudyFolder(tmp_path / "study", PLAN, {"model": "m"})
+    again.close()
+    assert again.rows == {1: ROW, 2: replace(ROW, number=2)}
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_changed_working_folder_is_no_moved_study(tmp_path, monkeypatch):
+    """What a variant calls may leave another working folder behind."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "elsewhere").mkdir()
+    study = StudyFolder("study", PLAN, {"model": "m"})
+    os.chdir(tmp_path / "elsewhere")
+    study.add(ROW)
+    study.close()
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+    assert (tmp_path / "study" / "results.csv").is_file()
+
+
+def test_no_cell_of_the_table_is_a_formula(tmp_path):
+    """A spreadsheet would compute it, and may start programs; negative numbers stay numbers."""
+    text = "=HYPERLINK(1)"
+    row = Row(number=1, parameters={"length": text}, status="failed", values={"@x": -0.5}, seconds=0.1, error="-1+cmd")
+    Results(("length",), [row, replace(row, number=2, parameters={"length": "-1.5"})]).write_csv(tmp_path / "t.csv")
+    table = list(csv.reader((tmp_path / "t.csv").open(newline="")))
+    assert table[0][:4] == ["number", "length", "status", "'@x"]
+    assert [line[1] for line in table[1:]] == [f"'{text}", "-1.5"]
+    assert [line[3] for line in table[1:]] == ["-0.5", "-0.5"]
+    assert table[1][-1] == "'-1+cmd"
