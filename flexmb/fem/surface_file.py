@@ -136,7 +136,7 @@ def _triangles(mesh, part: str) -> tuple[np.ndarray, np.ndarray, list[int]]:
 
 
 def _require_finite(part: str, what: str, values: np.ndarray) -> None:
-    """Raise MeshError for infinite numbers and for what is no number."""
+    """Raise MeshError for numbers that are not finite."""
     wrong = ~np.isfinite(np.asarray(values, float))
     if wrong.any():
         raise MeshError(
