@@ -64,8 +64,9 @@ def check_connected(fe: FEModel, couplings: Sequence[Coupling]) -> None:
 
 
 ABOUT_A_LINE = (
-    "Bars and beams of a deck have no inertia about their own line: add masses with inertia at their nodes, "
-    "Mass(at=[...], mass=0.0, inertia=(Ixx, Iyy, Izz)), or in the deck"
+    "Bars and beams of a deck with lumped masses have no inertia about their own line: take the consistent mass, "
+    "fem.read_deck(..., lumped=False), --consistent-mass, of a part in a model file lumped = false; or add masses with "
+    "inertia at their nodes, Mass(at=[...], mass=0.0, inertia=(Ixx, Iyy, Izz)), or in the deck"
 )
 """What to do where a body has mass, but all of it on one line."""
 

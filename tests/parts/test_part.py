@@ -387,8 +387,12 @@ def test_a_deck_of_bars_is_told_what_it_lacks(tmp_path):
     (tmp_path / "bars.bdf").write_text(BARS)
     given = {"name": "bars", "deck": tmp_path / "bars.bdf", "units": "m, kg, s", "modes": 0, "compare": 0}
     given["interfaces"] = {"a": "node 1", "b": "node 4"}
-    with pytest.raises(ReductionError, match=r"no mass resists rigid motion in rotation x.*own line.*inertia=\(Ixx"):
+    told = r"no mass resists rigid motion in rotation x.*own line.*model file lumped = false; or add.*inertia=\(Ixx"
+    with pytest.raises(ReductionError, match=told):
         parts.Part(**given).reduced()
+    consistent = parts.Part(**given, lumped=False).reduced()
+    assert consistent.mass == pytest.approx(np.pi * 1e-4 * 0.3 * 2700.0, rel=1e-6)
+    assert consistent.inertia[0, 0] == pytest.approx(np.pi * 1e-8 / 2.0 * 0.3 * 2700.0, rel=1e-3)  # pi r^4 / 2 L rho
     ends = parts.Mass(at=[0], mass=0.0, inertia=(1e-6, 1e-12, 1e-12))
     with pytest.raises(
         ReductionError, match=r"an interface motion without mass.*of a part in a model file lumped = false"
