@@ -36,7 +36,7 @@ def line(kind, speed, height, tilt=0.0, velocity=0.0):
         points=((-0.5 * LENGTH, 0.0, height), (0.5 * LENGTH, 0.0, height + tilt)),
         elements=4,
         stretches={"all": (0.0, 1.0)},
-        section=fem.Section.solid_circle(0.5 * THICK),
+        section=fem.Section.solid_circle(THICK),
         material=fmb.Material(young=1e6 * speed**2, poisson=0.3, density=DENSITY),
         markers={"middle": 0.5},
         velocity=(0.0, 0.0, velocity),
