@@ -118,22 +118,26 @@ class Loops:
         if id(signal) in self._known:
             return self._known[id(signal)]
         self.kept.append(signal)
-        if id(signal) in self._open:
-            names = [*self._open.values()]
-            chain = " -> ".join(names[list(self._open).index(id(signal)) :])
-            raise ModelError(
-                self.compiler.writing,
-                found=f"an algebraic loop: {chain} -> {_called(signal)}",
-                expected="signals that depend on each other by way of a state",
-                remedy="Put a lag, an integrator or a delay into the loop",
-            )
-        self._open[id(signal)] = _called(signal)
+        self._enter(signal, _called(signal))
         program = self._made(signal)
         if len(program.ops) > 1:
             program = input_program(LATER + self._slot(program))
         del self._open[id(signal)]
         self._known[id(signal)] = program
         return program
+
+    def _enter(self, thing: Any, called: str) -> None:
+        """Note that a signal, or a sensor that names one, is being followed; raise ModelError if it already is."""
+        if id(thing) in self._open:
+            names = [*self._open.values()]
+            chain = " -> ".join(names[list(self._open).index(id(thing)) :])
+            raise ModelError(
+                self.compiler.writing,
+                found=f"an algebraic loop: {chain} -> {called}",
+                expected="signals that depend on each other by way of a state",
+                remedy="Put a lag, an integrator or a delay into the loop",
+            )
+        self._open[id(thing)] = called
 
     def _made(self, signal: Signal) -> SignalProgram:
         if not signal.follows:
@@ -273,6 +277,14 @@ class Loops:
             )
         return self._atom(scalar.of_rate() if rate else scalar)
 
+    def _named(self, given: Any, column: int, rate: bool) -> SignalProgram:
+        """Return what a formula reads of a sensor: a loop is told by the sensors that it passes."""
+        sensor, _ = self._sensor(given)
+        self._enter(sensor, f"sensor '{sensor.name}'")
+        program = self._measurement(given, column, rate)
+        del self._open[id(sensor)]
+        return program
+
     def _formula(self, formula: Formula) -> SignalProgram:
         sizes = {}
         for name, given in formula.over.items():
@@ -284,7 +296,7 @@ class Loops:
         read = []
         for one in inputs:
             if one.signal is None:
-                read.append(self._measurement(formula.over[one.name], one.column, one.rate))
+                read.append(self._named(formula.over[one.name], one.column, one.rate))
             elif not one.rate:
                 read.append(self._program(one.signal))
             elif isinstance(one.signal, Measurement):

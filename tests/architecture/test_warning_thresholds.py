@@ -14,6 +14,7 @@ WATCHES = (
     "flexmb.integrate.runs.energy_watch",
     "flexmb.integrate.runs.added_error",
     "flexmb.integrate.runs.runaway",
+    "flexmb.integrate.runs.outgrown",
     "flexmb.integrate.linear.imbalance",
     "flexmb.integrate.runs.coarse_contacts",
     "flexmb.integrate.runs.vanishing",

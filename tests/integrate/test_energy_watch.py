@@ -62,3 +62,27 @@ def test_a_run_of_no_time(recwarn):
     )
     assert fmb.simulate(model, 4.3e-197, samples=3, integrator=fmb.Explicit()).status.kind == "finished"
     assert not [entry for entry in recwarn if "energy" in str(entry.message)]
+
+
+@pytest.mark.parametrize("holds", ["joint", "drive"])
+@pytest.mark.parametrize("name", ["alpha", "IDA", "explicit", "implicit"])
+def test_a_wing_that_stands_has_no_energy(name, holds, recwarn):
+    """The lift of a held wing, 100 N and more, works on the rounding of its place: 1e-9 J by IDA, and nothing moves."""
+    wing = fmb.RigidBody("wing", mass=2.0, inertia=(1, 1, 1))
+    markers = ("ground.origin", "wing.center")
+    held = [fmb.Fixed("root", markers=markers)]
+    if holds == "drive":
+        held = [fmb.Revolute("root", markers=markers), fmb.Drive("still", joint="root", angle=0.3)]
+    air = fmb.Airload("air", marker="wing.center", chord=0.5, span=1.0, wind=(30.0, 0.0, 2.0))
+    model = fmb.Model(bodies=[fmb.Ground(), wing], joints=held, forces=[air])
+    assert fmb.simulate(model, 1.0, samples=101, integrator=INTEGRATORS[name]).status.ok
+    assert not [entry for entry in recwarn if "no law explains" in str(entry.message)]
+
+
+def test_a_vibration_of_a_ten_thousandth_is_looked_at():
+    """A step of 0.2 of a period takes energy from a swing of 1e-4 m: small, but it moves."""
+    spring = fmb.SpringDamper("k", markers=("ground.origin", "m.center"), stiffness=1e4, length=1.0)
+    slow = fmb.PointMass("m", mass=1.0, at=(1.0, 0, 0), velocity=(0.01, 0, 0))
+    model = fmb.Model(bodies=[fmb.Ground(), slow], forces=[spring])
+    with pytest.warns(fmb.ValidityWarning, match="no law explains"):
+        fmb.simulate(model, 1.0, samples=401, integrator=fmb.GeneralizedAlpha(step=0.0125, rho_inf=0.0))

@@ -298,6 +298,16 @@ def test_an_algebraic_loop_is_named():
         assemble(model)
 
 
+def test_an_algebraic_loop_of_formulas_names_all_sensors():
+    """Formulas read sensors by name: the chain has both, not only the words of what they are made of."""
+    model = rail(fmb.formula("a + 3", over={"a": "one"}), [
+        fmb.SignalValue("one", of=fmb.formula("2*b + x", over={"b": "two", "x": "x"})),
+        fmb.SignalValue("two", of=fmb.formula("a - 1", over={"a": "one"})),
+    ])  # fmt: skip
+    with pytest.raises(ModelError, match="sensor 'one' -> formula -> sensor 'two' -> formula -> sensor 'one'"):
+        assemble(model)
+
+
 def test_a_loop_by_way_of_a_state_is_none():
     """With a lag in between the same loop is x' = (2 x - x) / T."""
     lag = fmb.Lag(fmb.formula("2*y", over={"y": "x of it"}), time=0.5, start=1.0)

@@ -67,6 +67,7 @@ class EnergyWatch:
         self.samples, self.reach = 0, 0.0
         self.jumped = False  # an impulse of a prescribed motion has changed the energy since the latest sample
         self.began, self.rest = 0.0, np.inf
+        self.reached, self.fastest = 0.0, 0.0  # s; lengths of the model, or rad, by s
         self.worst = (0.0, 0.0)  # energy, time
         self.blame: dict[str, float] = {}
         self._inertia: np.ndarray | None = None
@@ -91,6 +92,8 @@ class EnergyWatch:
         self.samples += len(now)
         self.reach = max(self.reach, float((np.abs(rows["a"]) @ self._levers(rows)).max()))
         self.rest = self._rest(rows)
+        self.reached = float(rows["t"][-1])
+        self.fastest = max(self.fastest, float((np.abs(rows["u"]) * self._speeds()).max(initial=0.0)))
         if self.jumped:
             self.start[6] += now[0, 6] - self.start[6] - self.left
             self.jumped = False
@@ -140,8 +143,20 @@ class EnergyWatch:
         """Return one over the length of the model for every velocity (nu,), 1 for rotations."""
         return np.where(self.system.units > 0.0, self.system.units, 1.0)
 
+    def _speeds(self) -> np.ndarray:
+        """Return what makes velocities lengths of the model by s (nu,); states are none."""
+        return np.where(self.system.is_state, 0.0, self._units())
+
+    def _still(self, steps: int) -> bool:
+        """Has nothing moved? What a reaction of 1000 N does on the rounding, or the error, of a place that it holds is
+        no energy to judge by, and there is no other.
+        """
+        return self.fastest * (self.reached - self.began) < REST and not self._sparse(steps)
+
     def _share(self, steps: int) -> float:
         """Return the part of the energy that moves which no law explains; where few samples show it, at the least."""
+        if self._still(steps):
+            return 0.0
         moves = self._moves()
         return abs(self.worst[0]) / (max(moves, self.reach) if self._sparse(steps) else moves)
 
@@ -153,7 +168,7 @@ class EnergyWatch:
 
     def notes(self, steps: int) -> list[str]:
         """Return why no judgement is possible, if none is: too much for what samples show, not for what may move."""
-        if abs(self.worst[0]) <= NOTED * self._moves() or self.sentences(steps):
+        if abs(self.worst[0]) <= NOTED * self._moves() or self._still(steps) or self.sentences(steps):
             return []
         return [
             f"the balance of energy was looked at in {self.samples} samples of {steps} steps, too few to know how much "

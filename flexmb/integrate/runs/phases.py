@@ -23,6 +23,7 @@ from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.kept_rows import KeptRows
 from flexmb.integrate.runs.marks import SAME, marks_to
 from flexmb.integrate.runs.memory import may_stop, memory_of, remember_again, rounding
+from flexmb.integrate.runs.outgrown import unstable_at_end, unstable_in_steps
 from flexmb.integrate.runs.outlook import Outlook
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.reasons import divided_steps, failed_with, missed_times
@@ -231,6 +232,7 @@ class Phases:
                     known = rows if len(rows["t"]) else last_row
                     gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
                     unknown = self._unknown(system, start, known, outcome.reached, gone)
+                    gone = gone or unstable_at_end(system, work, start, known, outcome.reached)
                     ending = None if unknown or gone else self.kept.gradients.ending(outcome)
                     return ending or failed_with(model, outcome, unknown, gone)
                 if len(rows["t"]):
@@ -252,7 +254,8 @@ class Phases:
             return self.interruption.status(self.t)
         finally:
             self._tell(system)
-        return (due, last_row, watch) if due is not None else Status.finished(end)
+        gone = unstable_in_steps(system, work, start, last_row, end - float(self.times[0]), self.statistics)
+        return gone or ((due, last_row, watch) if due is not None else Status.finished(end))
 
     def _first_event(self, watch, rows, before, times):
         """Keep what comes until the first event in new rows, and return it with its row; None if nothing happens."""

@@ -18,7 +18,7 @@ from flexmb.integrate.extent import extents
 from flexmb.integrate.runs.fastest import unchanged
 from flexmb.model.signal import Signal
 
-__all__ = ["REMEDY", "Runaway"]
+__all__ = ["REMEDY", "Runaway", "that_follow"]
 
 FAR, BEYOND = 1e6, 1e9
 """Lengths of the model that the present speed covers in the time that has passed: from which on the growth of a motion
@@ -71,7 +71,7 @@ class Runaway:
             Time at which the integrator stands; not finite if it does not say.
         """
         speed = _present(integrator, system, work, variables, reached) if np.isfinite(reached) else None
-        if speed is None or not speed.lengths * (reached - self.begin) > BEYOND or not _that_follow(system):
+        if speed is None or not speed.lengths * (reached - self.begin) > BEYOND or not that_follow(system):
             return None
         return _words(system, speed, reached - self.begin)
 
@@ -93,7 +93,7 @@ def _present(integrator, system, work, variables, now: float) -> _Speed | None:
 
 def _words(system, speed: _Speed, passed: float) -> str:
     unit = "rad" if system.is_turn(speed.row) else "m"
-    follow = _that_follow(system)
+    follow = that_follow(system)
     loops = f"; what follows measurements: {', '.join(follow)}" if follow else ""
     return (
         f"the motion of {system.owner(speed.row)}, grows without bound: {speed.value:.3g} {unit}/s after "
@@ -101,7 +101,7 @@ def _words(system, speed: _Speed, passed: float) -> str:
     )
 
 
-def _that_follow(system) -> list[str]:
+def that_follow(system) -> list[str]:
     """Return the titles of the forces that follow measurements."""
     return [part.title for part in system.model.forces if any(one.follows for one in _signals(part))]
 

@@ -1,0 +1,83 @@
+"""Steps that pass over a growth: m x'' = F + d x' leaves every bound, and an implicit formula damps it to nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flexmb as fmb
+
+MASS = 2.0
+ALONG_X = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0))
+X = fmb.JointCoordinate("x", joint="rail")
+INTEGRATORS = [fmb.GeneralizedAlpha(), fmb.Implicit(), fmb.IDA(), fmb.Explicit()]
+
+
+def cart(effort) -> fmb.Model:
+    """Return a cart on a rail that an actuator moves."""
+    return fmb.Model(
+        bodies=[
+            fmb.Ground(markers={"x": ALONG_X}),
+            fmb.RigidBody("cart", mass=MASS, inertia=(1, 1, 1), markers={"x": ALONG_X}),
+        ],
+        joints=[fmb.Prismatic("rail", markers=("ground.x", "cart.x"))],
+        forces=[fmb.Actuator("motor", joint="rail", effort=effort)],
+        sensors=[X],
+    )
+
+
+def fed_back(k: float, d: float):
+    """Return 1 N + k x + d x'."""
+    return fmb.formula("1 + k*x + d*rate(x)", over={"x": X}, k=k, d=d)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("gain", [1e9, 1e12])
+@pytest.mark.filterwarnings("ignore::flexmb.errors.ValidityWarning")
+def test_a_gain_far_too_high_ends_the_run(integrator, gain):
+    """The speed is F / d (e^(d t / m) - 1): no number after 2 us. The error names force, part, and the time m / d."""
+    grows = rf"Body 'cart'.*unstable.*by e every {MASS / gain:.3g} s.*Force 'motor'"
+    with pytest.raises(fmb.IntegrationError, match=grows) as caught:
+        fmb.simulate(cart(fed_back(0.0, gain)), t_end=1.0, integrator=integrator)
+    assert len(caught.value.solution.t) >= 1
+
+
+@pytest.mark.filterwarnings("ignore::flexmb.errors.ValidityWarning")
+def test_a_growth_of_places():
+    """x grows as e^(t sqrt(k / m)), 44.7 us."""
+    with pytest.raises(fmb.IntegrationError, match=r"by e every 4\.47e-05 s.*passed over it") as caught:
+        fmb.simulate(cart(fed_back(1e9, 0.0)), t_end=1.0, samples=11, integrator=fmb.Implicit())
+    assert len(caught.value.solution.t) == 11
+
+
+@pytest.mark.filterwarnings("ignore::flexmb.errors.ValidityWarning")
+def test_a_growth_that_swings():
+    """A lag T in k x: m T s^3 + m s^2 + k = 0 has a pair of roots to the right, at half the cube root of k / (m T)."""
+    k, lag = 1e15, 1e-3
+    roots = np.roots([MASS * lag, MASS, 0.0, k])
+    assert roots.real.max() > 1e4
+    assert abs(roots[roots.real.argmax()].imag) > 1e4
+    pushed = fmb.formula("1 - k*y", over={"y": fmb.Lag(fmb.measured("x"), time=lag)}, k=k)
+    with pytest.raises(fmb.IntegrationError, match=rf"by e every {1.0 / roots.real.max():.3g} s.*Force 'motor'"):
+        fmb.simulate(cart(pushed), t_end=1.0, samples=11, integrator=fmb.Implicit())
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS[:3])
+@pytest.mark.parametrize(("k", "d"), [(30.0, 0.0), (-1e9, -1e5), (0.0, -1e9)])
+def test_what_is_slow_or_stable_runs(integrator, k, d, recwarn):
+    """A growth that steps follow, and feedback of the right sign however strong, end the run at its end."""
+    solution = fmb.simulate(cart(fed_back(k, d)), t_end=1.0, samples=11, integrator=integrator)
+    assert solution.status.ok
+    if k > 0.0:
+        rate = np.sqrt(k / MASS)
+        expected = (np.cosh(rate) - 1.0) / k
+        assert solution["x"][-1] == pytest.approx(expected, rel=1e-3)
+    if k < 0.0:
+        assert solution["x"][-1] == pytest.approx(1.0 / -k, rel=1e-3)
+
+
+def test_a_growth_within_limits_is_followed():
+    """Behind a limit the force is a constant: the cart leaves as x = F t^2 / (2 m), and no growth is left."""
+    effort = fmb.Limit(fed_back(0.0, 1e9), limits=(-4.0, 4.0))
+    solution = fmb.simulate(cart(effort), t_end=1.0, samples=11, integrator=fmb.IDA())
+    assert solution.status.ok
