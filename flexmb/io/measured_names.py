@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from flexmb.errors import ModelError, did_you_mean, listed
+from flexmb.errors import ModelError
 from flexmb.model.model import Model
-from flexmb.model.sensor_columns import found_in
+from flexmb.model.sensor_columns import found_in, not_found_in
 
 __all__ = ["check_measured"]
 
@@ -21,12 +21,12 @@ def check_measured(raw: Any, where: str, model: Model) -> None:
     """
     for name, place in _named(raw, where):
         if not name.lstrip().startswith("=") and found_in(model, name) is None:
-            known = tuple(sensor.name for sensor in model.sensors)
+            said = not_found_in(model, name)
             raise ModelError(
                 place,
-                found=f"sensor '{name}' does not exist",
-                expected=f"The model has: {listed(name, known)}",
-                remedy=did_you_mean(name, known) or "Add the sensor to the model",
+                found=said.found,
+                expected=said.expected,
+                remedy=said.remedy or "Add the sensor to the model",
             )
 
 

@@ -12,7 +12,16 @@ from typing import Any, NamedTuple
 
 from flexmb.errors import did_you_mean, listed
 
-__all__ = ["SensorColumn", "Unknown", "columns_named", "found_in", "sensor_columns", "titles_of", "unknown"]
+__all__ = [
+    "SensorColumn",
+    "Unknown",
+    "columns_named",
+    "found_in",
+    "not_found_in",
+    "sensor_columns",
+    "titles_of",
+    "unknown",
+]
 
 
 class SensorColumn(NamedTuple):
@@ -82,6 +91,17 @@ def found_in(model, name: str) -> tuple[Any, int | None] | None:
     of = [own for own in sensors if name.startswith(f"{own} ")]  # columns of others are not asked: they may fail
     columns = columns_named(name, sensor_columns({own: tuple(map(str, sensors[own].columns(model))) for own in of}))
     return (sensors[columns[0].sensor], columns[0].number) if len(columns) == 1 else None
+
+
+def not_found_in(model, name: str) -> Unknown:
+    """Return what to say of a name that `found_in` does not find: of "v x" the columns of "v", else all sensors."""
+    known = [sensor.name for sensor in model.sensors]
+    of = next((sensor for sensor in model.sensors if str(name).startswith(f"{sensor.name} ")), None)
+    found = f"sensor '{name}' does not exist"
+    if of is not None:
+        own = [c.name for c in sensor_columns({of.name: tuple(map(str, of.columns(model)))})[of.name]]
+        return Unknown(found, f"The columns of '{of.name}': {listed(name, own)}", did_you_mean(name, own))
+    return Unknown(found, f"The model has: {listed(name, known) if known else 'no sensors'}", did_you_mean(name, known))
 
 
 def unknown(name: str, known: Mapping[str, tuple[SensorColumn, ...]]) -> Unknown:

@@ -14,7 +14,7 @@ from flexmb.constraints import Measured
 from flexmb.constraints.loop import LOOP, LOOP_TANGENT
 from flexmb.constraints.measured import Projected
 from flexmb.constraints.measured_kernels import ACCELERATION, POSITION, REACTION
-from flexmb.errors import ModelError, did_you_mean
+from flexmb.errors import ModelError
 from flexmb.math import operations as op
 from flexmb.math.switches import KINK
 from flexmb.model.block import Block, OwnState
@@ -22,7 +22,7 @@ from flexmb.model.expression import SignalProgram
 from flexmb.model.function_block import Function
 from flexmb.model.held_block import HeldBlock, HeldValue
 from flexmb.model.measurement import Formula, Measurement, input_program
-from flexmb.model.sensor_columns import found_in
+from flexmb.model.sensor_columns import found_in, not_found_in
 from flexmb.model.signal import Constant, Signal
 from flexmb.system.holds import HELD, NEVER, Hold
 from flexmb.system.loop_kinks import Kink, kinks_in, located
@@ -237,12 +237,12 @@ class Loops:
             return given, None
         found = found_in(model, given)
         if found is None:
-            known = [sensor.name for sensor in model.sensors]
+            said = not_found_in(model, given)
             raise ModelError(
                 self.compiler.writing,
-                found=f"sensor '{given}' does not exist",
-                expected=f"The model has: {', '.join(known) or 'no sensors'}",
-                remedy=did_you_mean(given, known) or "Add the sensor to the model, or give the sensor itself",
+                found=said.found,
+                expected=said.expected,
+                remedy=said.remedy or "Add the sensor to the model, or give the sensor itself",
             )
         return found
 

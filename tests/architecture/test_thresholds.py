@@ -117,6 +117,7 @@ KNOWN = {
         "integrate/nonsmooth/step.py: change <= 1e-07",
         "integrate/nonsmooth/step.py: change <= SETTLED",
         "integrate/runs/continuity.py: largest[0] > JUMP",
+        "integrate/runs/energy_watch.py: way < REST",
         "math/definiteness.py: np.linalg.eigvalsh(scaled)[0] > SINGULAR",
         "reduction/basis.py: left > HELD",
         "reduction/basis.py: np.linalg.eigvalsh(K_a)[0] <= 1e-12",

@@ -308,6 +308,13 @@ def test_an_algebraic_loop_of_formulas_names_all_sensors():
         assemble(model)
 
 
+def test_an_unknown_column_is_told_with_those_that_are_known():
+    """ "v x" is none of "v vx", "v vy", "v vz"."""
+    model = rail(fmb.formula("1 - v", over={"v": "v x"}), [fmb.Velocity("v", marker="cart.x")])
+    with pytest.raises(ModelError, match=r"sensor 'v x' does not exist. The columns of 'v': v vx, v vy, v vz"):
+        assemble(model)
+
+
 def test_a_loop_by_way_of_a_state_is_none():
     """With a lag in between the same loop is x' = (2 x - x) / T."""
     lag = fmb.Lag(fmb.formula("2*y", over={"y": "x of it"}), time=0.5, start=1.0)

@@ -151,7 +151,8 @@ class EnergyWatch:
         """Has nothing moved? What a reaction of 1000 N does on the rounding, or the error, of a place that it holds is
         no energy to judge by, and there is no other.
         """
-        return self.fastest * (self.reached - self.began) < REST and not self._sparse(steps)
+        way = self.fastest * (self.reached - self.began)
+        return way < REST and not self._sparse(steps)
 
     def _share(self, steps: int) -> float:
         """Return the part of the energy that moves which no law explains; where few samples show it, at the least."""
