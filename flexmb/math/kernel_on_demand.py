@@ -2,7 +2,7 @@
 
 A kernel that calls another is compiled after it, whether the call is ever reached or not. Here the caller holds a cell
 for the address instead. Where the cell is empty, it calls back into Python, which compiles the kernel, or loads it, and
-fills the cell. So a pendulum compiles nothing of contacts, friction and signals (decision 0039).
+fills the cell. So a pendulum compiles nothing of contacts, friction and signals (decision 0041).
 """
 
 from __future__ import annotations

@@ -40,3 +40,11 @@ def test_the_index_names_every_how_to_page():
     folder = ROOT / "docs" / "howto"
     listed = re.findall(r"^[a-z][\w-]*$", (folder / "index.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert sorted(listed) == sorted(path.stem for path in folder.glob("*.md") if path.stem != "index")
+
+
+def test_decisions_have_numbers_of_their_own():
+    """Pages and comments name a decision by its number."""
+    numbers = [path.name[:4] for path in sorted((ROOT / "docs" / "decisions").glob("0*.md"))]
+    assert len(set(numbers)) == len(numbers), [one for one in numbers if numbers.count(one) > 1]
+    for path in (ROOT / "docs" / "decisions").glob("0*.md"):
+        assert path.read_text(encoding="utf-8").startswith(f"# {path.name[:4]}: "), path.name

@@ -140,8 +140,10 @@ class CompiledRun:
             self.motion.unknowns.followed.reached(s.run[0].t, s.y[self.system.program.branches : self.nx])
         return float(s.run[0].t), s.y[: self.nx], s.y[self.nx : self.end]
 
-    def _state(self):
+    def state(self):
         """Return the present state, without accelerations."""
+        if self.other is not None:
+            return self.other.state()
         t, x, v = self._reached()
         return self.motion.unknowns.state(t, x.copy(), v.copy())
 
@@ -182,7 +184,7 @@ class CompiledRun:
             )
         if reason != 0:
             # the other run finds accelerations also where the matrix is singular, or says why there are none
-            state = self._state()
+            state = self.state()
             try:
                 self.other = self.make_other(state)
             except (CompileError, ValueError, np.linalg.LinAlgError) as error:
@@ -213,7 +215,7 @@ class CompiledRun:
         """Return t, q, u, a, lam, works."""
         if self.other is not None:
             return self.other.sample()
-        state = self._state()
+        state = self.state()
         # the sparse solution knows the reactions of joints of the tree as well
         own = self.motion.formulation if self.closed else AUGMENTED
         state.a[:], state.lam[:] = own.accelerate(self.system, state, self.work)

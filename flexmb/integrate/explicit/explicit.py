@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from flexmb.integrate.runs.switching import PassedOver, new_switching, read_swit
 from flexmb.model.described import Described, is_number
 from flexmb.model.methods import is_formulation
 from flexmb.system.complaints import worst_equations
+from flexmb.system.dead_centre import joints_at_dead_centre
 from flexmb.system.program import evaluate
 
 __all__ = ["Explicit"]
@@ -34,6 +35,17 @@ FORMULATIONS = "Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baum
 NOWHERE = 1e-30
 """Part of the time of the run below which a trial of a step leads nowhere: near t = 0 SciPy tries shorter ones, down to
 1e-323 s, where the state is at the end of the range of numbers."""
+
+
+DEAD_CENTRE = (
+    "Give formulation=Recursive(), GeneralizedAlpha() or IDA(), which pass dead centres; if the bars lie in one plane, "
+    "drive the mechanism, or guide one of them, so that it has one motion there too"
+)
+"""Accelerations of bodies in absolute coordinates have no unique solution there, however short the steps are."""
+
+
+NAMED = 8
+"""Joints that are named at a dead centre."""
 
 
 class _Nowhere(Exception):
@@ -130,6 +142,11 @@ class _Run:
         """Time of the present state."""
         return self.solver.t
 
+    def state(self):
+        """Return the present state, without accelerations."""
+        y = self.solver.y
+        return self.motion.unknowns.state(self.solver.t, y[: self.nx].copy(), y[self.nx : self.end].copy())
+
     def advance(self, t: float, pace: Patience) -> str:
         """Integrate to `t`, or until the patience is used up; return what went wrong, or an empty text."""
         solver = self.solver
@@ -177,6 +194,19 @@ class _Run:
         y = self.solver.y
         state = self.motion.sample(self.solver.t, y[: self.nx], y[self.nx : self.end])
         return state.t, state.q, state.u, state.a, state.lam, y[-3:].copy()
+
+
+def _with_cause(outcome: Outcome, system, state) -> Outcome:
+    """Return how a run failed, with the dead centre at its end, if it came to one."""
+    joints = joints_at_dead_centre(system, state, system.workspace())
+    if not joints:
+        return outcome
+    named = ", ".join(joints[:NAMED]) + (f", ... ({len(joints)} in all)" if len(joints) > NAMED else "")
+    found = (
+        f"a dead centre near t = {state.t:.6g} s, where equations of joints ({named}) depend on each other that do not "
+        "at the start"
+    )
+    return replace(outcome, failure=f"{found}; {outcome.failure}", remedy=DEAD_CENTRE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -267,8 +297,10 @@ class Explicit(metaclass=Described):
         """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
         so far, to be called again from the next."""
         if isinstance(variables, CompiledRun):
-            return variables.through(samples, first, last, patience)
-        return run_samples(variables, system, samples, first, last, patience)
+            outcome = variables.through(samples, first, last, patience)
+        else:
+            outcome = run_samples(variables, system, samples, first, last, patience)
+        return _with_cause(outcome, system, variables.state()) if outcome.failure else outcome
 
     def jumped(self, system, work, variables) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
