@@ -37,10 +37,7 @@ NOWHERE = 1e-30
 1e-323 s, where the state is at the end of the range of numbers."""
 
 
-DEAD_CENTRE = (
-    "Give formulation=Recursive(), GeneralizedAlpha() or IDA(), which pass dead centres; if the bars lie in one plane, "
-    "drive the mechanism, or guide one of them, so that it has one motion there too"
-)
+DEAD_CENTRE = "Give formulation=Recursive(), or GeneralizedAlpha() or IDA(), which pass dead centres"
 """Accelerations of bodies in absolute coordinates have no unique solution there, however short the steps are."""
 
 
