@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.errors import ModelError
+from flexmb.errors import FlexmbError, ModelError
 
 PAIR = ("ground.origin", "ball.center")
 MODEL = """
@@ -99,6 +99,10 @@ def test_the_pin_of_a_rod_takes_its_part(tmp_path):
     kept = fmb.Solution.load(tmp_path / "run.h5")
     np.testing.assert_array_equal(kept["pin"], run["pin"])
     np.testing.assert_array_equal(kept["blow"], run["blow"])
+    with pytest.raises(FlexmbError, match="read without its model"):
+        fmb.impulses(kept)
+    again = fmb.impulses(fmb.Solution.load(tmp_path / "run.h5", model=[phase.model for phase in run.phases]))
+    assert [one.impulse for one in again] == [one.impulse for one in fmb.impulses(run)]
 
 
 def test_of_a_model_file(tmp_path):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexmb.errors import FlexmbError
 from flexmb.system.impact import strike
 
 __all__ = ["Impulse", "impulses", "velocities_after"]
@@ -40,7 +41,13 @@ class Impulse:
 def impulses(solution) -> tuple[Impulse, ...]:
     """Return the impulses of all impacts of a solution, in their order.
 
-    They follow from the velocities before and after, so any solution has them, also one that was read from a file.
+    They follow from the velocities before and after, so any solution has them, also one that was read from a file
+    with its model.
+
+    Raises
+    ------
+    FlexmbError
+        The solution was read without its model.
 
     Examples
     --------
@@ -52,6 +59,13 @@ def impulses(solution) -> tuple[Impulse, ...]:
     >>> round(fmb.impulses(fmb.simulate(model, 0.3))[0].impulse, 6)
     9.0
     """
+    if any(phase.model is None for phase in solution.phases):
+        raise FlexmbError(
+            "Solution",
+            found="impulses asked of a file that was read without its model",
+            expected="the model, whose events say what strikes",
+            remedy='Give it: Solution.load(path, model=fmb.load_model("run/model.toml")), or read a sensor ImpulseOf',
+        )
     return tuple(
         Impulse(event=phase.ended, t=float(phase.t[-1]), markers=action.markers, impulse=P, joints=reactions)
         for number, phase in enumerate(solution.phases)
