@@ -29,6 +29,8 @@ __all__ = [
 
 UNTOLD = 10.0
 """Steps of what the tolerance leaves open, after which a gap counts as one."""
+ROUNDED = 1e-15
+"""Mobility, relative to the largest, that is rounding: joints hold the two together there."""
 SLOW = 2.0
 """Approach that is no impact, relative to what the forces add to it in a step: the last bounces, which no step tells
 from each other, end there."""
@@ -77,7 +79,9 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
     """
     before, xi, was = np.empty(len(u0)), np.zeros(6), np.zeros(6)
     _to_body(world, mid, u0, before)
-    largest = 0.0
+    largest, least = 0.0, 0.0
+    for i in range(len(p.points)):
+        least = max(least, ROUNDED * p.D[36 * i])
     for i in range(len(p.points)):
         point = p.points[i]
         velocity_of(p, i, before, was)
@@ -96,7 +100,7 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
                 point.share = was[0] / (was[0] - gained)
             elif gap > 2.0 * SLOW * gained * h + tiny:
                 p.active[i] = 0
-        if not p.D[36 * i] > 0.0:
+        if not p.D[36 * i] > least:
             p.active[i] = 0
         if p.active[i] == 0:
             p.P[i, :] = 0.0
