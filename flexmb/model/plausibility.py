@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["WAVE_SPEED", "material_doubts", "section_doubts", "size_doubts"]
+__all__ = ["WAVE_SPEED", "damping_doubts", "inertia_doubts", "material_doubts", "section_doubts", "size_doubts"]
 
 SIZE = (1e-5, 150.0)
 """Diagonal of a part, m: from micromechanics to bridges."""
@@ -67,3 +67,28 @@ def section_doubts(depth: float, length: float, what: str) -> list[str]:
     if depth < THINNEST * length:
         return [f"{what} of {depth:.4g} m is {length / depth:.2g} times smaller than the part, {length:.4g} m; metres?"]
     return []
+
+
+def damping_doubts(ratios: np.ndarray) -> list[str]:
+    """Return sentences about fractions of critical damping that may be percents."""
+    largest = float(np.max(ratios, initial=0.0))
+    if largest <= 1.0:
+        return []
+    return [
+        f"a ratio of {largest:.4g} is {100.0 * largest:.4g} % of critical damping: such a mode creeps back without "
+        f"oscillation. If {largest:.4g} % is meant, write {0.01 * largest:.4g}"
+    ]
+
+
+def inertia_doubts(inertia: np.ndarray) -> list[str]:
+    """Return sentences about a tensor of inertia (3, 3), kg m2, that no mass has.
+
+    One with a principal value of zero is meant otherwise: only some axes are given.
+    """
+    smallest, middle, largest = np.linalg.eigvalsh(inertia).tolist()
+    if smallest <= 1e-9 * largest or largest <= (smallest + middle) * (1.0 + 1e-6):
+        return []
+    return [
+        f"the principal moments of inertia are {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m2; in no mass is one "
+        "larger than the sum of the other two. Check the products of inertia and the units"
+    ]

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import time
+import warnings
 from collections.abc import Callable
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -142,7 +143,9 @@ def _entries() -> list[BodyCache]:
 def _looked_at(entry: BodyCache) -> dict[str, Any]:
     """Return name and state of an entry by its content."""
     try:
-        name, key = kept_as(entry.path)
+        with warnings.catch_warnings():  # what was restored is restored again on use, and told there
+            warnings.simplefilter("ignore", UserWarning)
+            name, key = kept_as(entry.path)
     except (DataFileError, OSError) as error:
         found = error.found if isinstance(error, DataFileError) else error
         return {"wrong": f"damaged: {found}"}

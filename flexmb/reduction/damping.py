@@ -9,6 +9,8 @@ import numpy as np
 
 from flexmb.errors import ReductionError
 from flexmb.model.described import Described, is_number
+from flexmb.model.plausibility import damping_doubts
+from flexmb.told import tell
 
 __all__ = ["Bands", "Rayleigh", "damping_ratios", "one_ratio"]
 
@@ -84,6 +86,9 @@ def damping_ratios(damping: Any, w2: np.ndarray, dampers: np.ndarray | None = No
             expected="numbers from 0 upwards",
             remedy="Give fractions of critical damping: 0.01 is one percent",
         )
+    if not isinstance(damping, Rayleigh | None):  # these two are no numbers that somebody wrote as ratios
+        for doubt in damping_doubts(ratios):
+            tell(f"Damping: {doubt}.")
     return ratios
 
 

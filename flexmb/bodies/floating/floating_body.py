@@ -21,9 +21,11 @@ from flexmb.model.described import entries_of, finite_array
 from flexmb.model.kinds import Body
 from flexmb.model.modal_link import ModalLink
 from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.model.plausibility import damping_doubts
 from flexmb.model.pose import Pose, as_pose, vector3
 from flexmb.model.skin import SkinFacets, SkinPatch, checked_skins
 from flexmb.model.table import Table
+from flexmb.told import tell
 
 __all__ = ["FloatingBody"]
 
@@ -112,6 +114,8 @@ class FloatingBody(Body):
                 expected=f"a fraction >= 0, ({m},) fractions, or a matrix ({m}, {m})",
                 remedy="Write damping=0.01 for 1 % of critical damping",
             )
+        for doubt in damping_doubts(damping) if damping.ndim < 2 else ():
+            tell(f"{self.title}: {doubt}.")
         groups = self.stiffening_groups
         unknown = [name for name in groups if name not in STIFFENING]
         if unknown or self.geometric_stiffness is None:

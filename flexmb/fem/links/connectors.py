@@ -19,6 +19,8 @@ from flexmb.fem.fe_model import FEModel
 from flexmb.fem.held import held_places
 from flexmb.math.definiteness import semidefinite
 from flexmb.model.described import finite_array, is_number
+from flexmb.model.plausibility import inertia_doubts
+from flexmb.told import tell
 
 __all__ = ["expansion_of", "with_mass", "with_spring", "with_supports"]
 
@@ -60,6 +62,8 @@ def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.
             expected="masses that belong to a part",
             remedy="Give the mass to the part before it is reduced, or to the mechanism as a rigid body",
         )
+    for doubt in inertia_doubts(own):
+        tell(f"{part}: {doubt}.")
     place = finite_array(offset)
     if place.shape != (3,):
         raise MeshError(
