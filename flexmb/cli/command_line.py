@@ -77,6 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         given = _parser(words).parse_args(words)
         command = f"flexmb {given.verb}"
         warnings.showwarning.options = _options(command)  # type: ignore[attr-defined]
+        warnings.showwarning.given = given  # type: ignore[attr-defined]
         _check_names(given)
         refuse_to_lose(given)
         from flexmb.parts import watching  # numba comes with it, which nobody waits for who asks for help
@@ -86,7 +87,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()  # here, where it can be said that the disk is full
         return code
     except FlexmbError as error:
-        print(f"{command}: {in_files_and_options(str(error), '--statics' in _options(command))}", file=sys.stderr)
+        told = in_files_and_options(str(error), "--statics" in _options(command), _at_rest(given))
+        print(f"{command}: {told}", file=sys.stderr)
         return FAILED
     except (KeyboardInterrupt, SystemError, RuntimeError, ImportError) as error:
         if not caused_by_interrupt(error):  # which struck in the first call of a compiled function, or in an import
@@ -202,12 +204,19 @@ def _shows_warnings():
     def show(message, category, filename, lineno, file=None, line=None) -> None:
         if str(message) not in seen:
             seen.add(str(message))
-            told = in_files_and_options(str(message), "--statics" in show.options)  # type: ignore[attr-defined]
+            options, given = show.options, show.given  # type: ignore[attr-defined]
+            told = in_files_and_options(str(message), "--statics" in options, _at_rest(given))
             print(f"flexmb: warning: {told}", file=file or sys.stderr)
 
     show.seen = seen  # type: ignore[attr-defined]  # a summary need not give them again
     show.options = ()  # type: ignore[attr-defined]  # of the verb, once that is known
+    show.given = None  # type: ignore[attr-defined]  # its arguments, once they are read
     return show
+
+
+def _at_rest(given: argparse.Namespace | None) -> bool:
+    """Return whether the verb looks at the equilibrium."""
+    return bool(getattr(given, "statics", False))
 
 
 def _options(command: str) -> tuple[str, ...]:

@@ -46,9 +46,8 @@ def execute(arguments: argparse.Namespace) -> int:
     def model(value: float) -> fmb.Model:
         return fmb.load_model(arguments.model, {**fixed, name: value}, trust=arguments.trust)
 
-    locus = fmb.root_locus(
-        model, values, about=fmb.statics if begins_at_rest(arguments, {**fixed, name: values[0]}) else None
-    )
+    arguments.statics = begins_at_rest(arguments, {**fixed, name: values[0]})
+    locus = fmb.root_locus(model, values, about=fmb.statics if arguments.statics else None)
     target = Path(arguments.out) if arguments.out else Path(f"{Path(arguments.model).stem}_locus.png")
     drawn = view.root_loci(locus, target, name=name)
     for value, pole in locus.crossings():

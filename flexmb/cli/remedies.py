@@ -14,9 +14,33 @@ CALL = re.compile(r"(?<![\w.])(?:fmb|flexmb)\.([A-Za-z_]\w*)\(")
 SIGNALS = ("ramp", "step", "harmonic", "table", "expression", "constant")
 """Signals whose name is a key of model files; what begins with a capital is a kind."""
 
+_STATICS = r"(?:fmb|flexmb)\.statics\(model\)"
+FOUND_ALREADY = (
+    (
+        rf"Begin at one: about={_STATICS}",
+        "It is the equilibrium that was found: look at what moves or slides there, drives, contacts and friction",
+    ),
+    (rf", or start from {_STATICS}", ""),
+    (rf"start from {_STATICS}, and compare", "compare"),
+    (rf"Give the result of {_STATICS}, or leave", "Leave"),
+)
+"""Remedies of a state that is no equilibrium, and what they are where the equilibrium was asked for."""
 
-def in_files_and_options(text: str, statics: bool = False) -> str:
-    """Return a message with its remedies for users of the command line; `statics`: does the verb have ``--statics``?"""
+
+def in_files_and_options(text: str, statics: bool = False, at_rest: bool = False) -> str:
+    """Return a message with its remedies for users of the command line.
+
+    Parameters
+    ----------
+    text : str
+    statics : bool
+        Does the verb have ``--statics``?
+    at_rest : bool
+        Did it begin in the equilibrium that statics found? Then this is no remedy.
+    """
+    if at_rest:
+        for said, meant in FOUND_ALREADY:
+            text = re.sub(said, meant, text)
     rest = f"--statics, or {AT_REST}" if statics else AT_REST
     for said, meant in (
         (r"start from (?:fmb|flexmb)\.statics\(model\)", f"begin in the equilibrium ({rest})"),

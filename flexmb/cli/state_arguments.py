@@ -69,7 +69,8 @@ def model_and_state(arguments: argparse.Namespace) -> tuple[fmb.Model, Any]:
     """Return the model, and the equilibrium where it is asked for or runs of the file begin in it."""
     given = settings(arguments)
     model = fmb.load_model(arguments.model, given, trust=arguments.trust)
-    return model, fmb.statics(model) if begins_at_rest(arguments, given) else None
+    arguments.statics = begins_at_rest(arguments, given)  # remedies do not propose what the file says
+    return model, fmb.statics(model) if arguments.statics else None
 
 
 def plant(arguments: argparse.Namespace):

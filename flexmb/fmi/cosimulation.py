@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import IntegrationError, ModelError, did_you_mean, listed
+from flexmb.errors import IntegrationError, ModelError, did_you_mean
 from flexmb.fmi.exchange_steps import SteppedExchange
 from flexmb.fmi.inside import output_names
 from flexmb.fmi.library import release
@@ -22,6 +22,7 @@ from flexmb.fmi.unit_variables import Element, UnitVariables, failed_reading
 from flexmb.integrate import Stepper, stepper
 from flexmb.model.described import Described, is_number
 from flexmb.model.model import Model
+from flexmb.model.sensor_columns import columns_named, sensor_columns, titles_of, unknown
 from flexmb.results import Solution
 
 __all__ = ["Fmu", "cosimulate"]
@@ -242,17 +243,13 @@ def cosimulate(
             "cosimulate", found=f"{count} steps", expected=f"at most {MOST_STEPS}", remedy="Give a longer step"
         )
     times = np.append(t_start + step * np.arange(count), t_end)
-    columns = output_names(model)
-    readings = {label.replace(".", " ").strip("'"): place[:2] for label, place in columns.items()}
-    readings |= {label: place[:2] for label, place in columns.items()}
+    readings = _readings(given, model)
     with ExitStack() as stack:
         folder = tempfile.mkdtemp(prefix="flexmb_units_")
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         run = stack.enter_context(stepper(model, integrator=integrator, start=start, t_start=t_start, t_end=t_end))
         loaded = []
         for number, unit in enumerate(given):
-            for sensor in unit.inputs.values():
-                _require_reading(unit, sensor, readings)
             exchange = unit.kind == MODEL_EXCHANGE
             one = (SteppedExchange if exchange else _Unit)(unit, f"{folder}/{number}", t_start, t_end)
             stack.callback(one.close)
@@ -307,12 +304,22 @@ def _exchange(run: Stepper, units: list[Any], readings: Mapping[str, tuple[str, 
     run.set(taken)
 
 
-def _require_reading(unit: Fmu, reading: str, readings: Mapping[str, Any]) -> None:
-    if reading not in readings:
-        known = [name for name in readings if "." not in name]
-        raise ModelError(
-            f"Fmu '{unit.path}'",
-            found=f"no sensor '{reading}' in the model",
-            expected=f"one of: {listed(str(reading), known)}" if known else "a model with sensors",
-            remedy=did_you_mean(str(reading), known) or "Add the sensor to the model",
-        )
+def _readings(units: list[Fmu], model: Model) -> dict[str, tuple[str, int]]:
+    """Return sensor and column by what units read: names of sensors and columns, or of variables of a unit."""
+    known, variables = sensor_columns(titles_of(model)), output_names(model)
+    found = {}
+    for unit, name in [(one, name) for one in units for name in one.inputs.values()]:
+        columns = columns_named(name, known) if isinstance(name, str) else ()
+        if len(columns) == 1:
+            found[name] = (columns[0].sensor, columns[0].number)
+        elif name in variables:
+            found[name] = variables[name][:2]
+        else:
+            said = unknown(str(name), known)
+            raise ModelError(
+                f"Fmu '{unit.path}'",
+                found=f"sensor '{name}' has {len(columns)} columns" if columns else f"no sensor '{name}' in the model",
+                expected=said.expected,
+                remedy="Name one of them" if columns else said.remedy,
+            )
+    return found

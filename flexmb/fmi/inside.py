@@ -13,6 +13,7 @@ from flexmb.fmi.unit_parameters import TUNABLE_FILE, read_places, start_values, 
 from flexmb.integrate import Stepper, stepper
 from flexmb.io import load_model, load_simulation
 from flexmb.model.model import Model
+from flexmb.model.sensor_columns import sensor_columns, titles_of
 
 __all__ = ["MODEL_FILE", "Inside", "model_inputs", "output_names", "variable_name"]
 
@@ -37,13 +38,9 @@ def model_inputs(model: Model) -> dict[str, float]:
 
 def output_names(model: Model) -> dict[str, tuple[str, int, str]]:
     """Return the columns of all sensors by variable name: the sensor, the number of the column, and its unit."""
-    found = {}
-    for sensor in model.sensors:
-        columns = [str(title).partition("[") for title in sensor.columns(model)]
-        for number, (label, _, unit) in enumerate(columns):
-            name = sensor.name if len(columns) == 1 else f"{sensor.name} {label.strip()}"
-            found[variable_name(name)] = (sensor.name, number, unit.rstrip("]").strip())
-    return found
+    known = sensor_columns(titles_of(model))
+    every = (column for sensor in model.sensors for column in known[sensor.name])
+    return {variable_name(column.name): (column.sensor, column.number, column.unit) for column in every}
 
 
 class Inside:

@@ -15,6 +15,7 @@ from flexmb.model.equation_text import Input, read_equation
 from flexmb.model.expression import SignalProgram
 from flexmb.model.foreign import imported
 from flexmb.model.kinds import Joint, Part, Sensor
+from flexmb.model.sensor_columns import found_in
 from flexmb.model.signal import Signal
 
 __all__ = ["Constraint"]
@@ -38,7 +39,7 @@ class Constraint(Joint):
     name : str
     over : list of sensors or names of sensors, or mapping of names in the equation to them
         What the equation reads: `Position`, `Velocity`, `AngularVelocity`, `Distance`, `JointCoordinate`,
-        `AxisCosine`. Components are ``p[0]``, ``p[1]``, ``p[2]``.
+        `AxisCosine`. Components are ``p[0]``, ``p[1]``, ``p[2]``; ``{"x": "bob place x"}`` names one of a sensor.
     equation : str
         Residual, ``"p[0]**2 + p[1]**2 - L**2"``, or both sides with ``=``. ``rate(x)`` is the rate of a position, ``t``
         the time. Functions and numbers as in expressions; functions with a kink are refused.
@@ -162,21 +163,34 @@ class Constraint(Joint):
 
     def sensors(self, model) -> dict[str, Sensor]:
         """Return the sensors by their names in the equation."""
-        known = {sensor.name: sensor for sensor in model.sensors}
-        found = {}
+        return {name: sensor for name, (sensor, _) in self._read(model).items()}
+
+    def _read(self, model) -> dict[str, tuple[Sensor, int | None]]:
+        """Return the sensors by their names in the equation, and the number of the column where one is named."""
+        found: dict[str, tuple[Sensor, int | None]] = {}
         for name, given in self.over.items():
             if isinstance(given, Sensor):
                 given.check(model)
-                found[name] = given
-            elif given in known:
-                found[name] = known[given]
-            else:
+                found[name] = (given, None)
+                continue
+            named = found_in(model, given)
+            if named is None:
+                known = [sensor.name for sensor in model.sensors]
                 raise ModelError(
                     self.title,
                     found=f"sensor '{given}' does not exist",
                     expected=f"The model has: {', '.join(known) or 'no sensors'}",
                     remedy=did_you_mean(given, known) or "Add the sensor to the model, or give the sensor itself",
                 )
+            found[name] = named
+        return found
+
+    def _measured(self, model) -> dict[str, tuple[Measured, ...]]:
+        """Return what is measured, by the names in the equation."""
+        found = {}
+        for name, (sensor, column) in self._read(model).items():
+            scalars = sensor.measured(model)
+            found[name] = scalars if column is None else scalars[column : column + 1]
         return found
 
     def resolved_markers(self, model) -> tuple[str, ...]:
@@ -195,14 +209,14 @@ class Constraint(Joint):
 
     def in_world_axes(self, model) -> str | None:
         """Return the name of a quantity that is a component in the axes of W, or None."""
-        measured = {name: sensor.measured(model) for name, sensor in self.sensors(model).items()}
+        measured = self._measured(model)
         alone = ("place", "velocity", "spin")
         return next(
             (n for n, scalars in measured.items() for z in scalars if z.what in alone and len(z.markers) == 1), None
         )
 
     def _formula(self, model) -> Formula:
-        measured = {name: sensor.measured(model) for name, sensor in self.sensors(model).items()}
+        measured = self._measured(model)
         sizes = {name: len(scalars) for name, scalars in measured.items()}
         read: list[Input] = []
         if self.function is not None:

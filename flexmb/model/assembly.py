@@ -7,15 +7,17 @@ ground is one: its markers keep their names with the prefix ("ground.t2_A"), and
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from copy import copy
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from flexmb.errors import ModelError
+from flexmb.errors import FlexmbError, ModelError
 from flexmb.model.kinds import Part
 from flexmb.model.pose import Pose
+from flexmb.model.sensor_columns import sensor_columns, without_unit
 from flexmb.model.signal import Signal
 
 __all__ = ["joined", "placed"]
@@ -78,12 +80,25 @@ def placed(model, prefix: str, *, at=(0.0, 0.0, 0.0), rotation: Any = None):
         )
     pose = Pose(at, rotation)
     _require_own_axes(model, prefix, pose)
-    names = {part.name for family in FAMILIES for part in getattr(model, family)} - {GROUND}
+    names = _names_in(model)
     renamed = {
         family: tuple(_placed_part(part, prefix, names, pose) for part in getattr(model, family)) for family in FAMILIES
     }
     parameters = {f"{prefix}_{name}": value for name, value in model.parameters.items()}
     return replace(model, **renamed, name=f"{prefix}_{model.name}", parameters=parameters)
+
+
+def _names_in(model) -> set[str]:
+    """Return the names of parts, and what names columns of its sensors.
+
+    A sensor of the model around may begin with the name of a part in here: "mast tip" is no column of body "mast".
+    """
+    titles: dict[str, tuple[str, ...]] = {}
+    for sensor in model.sensors:
+        with suppress(FlexmbError):  # it reads a part of the model around, which is not known yet
+            titles[sensor.name] = tuple(map(str, sensor.columns(model)))
+    parts = {part.name for family in FAMILIES for part in getattr(model, family)} - {GROUND}
+    return parts | set(sensor_columns(titles))
 
 
 def _require_own_axes(model, prefix: str, pose: Pose) -> None:
@@ -255,8 +270,8 @@ def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
 
 
 def _prefixed(value: str, prefix: str, names: set[str], column: bool) -> str:
-    """Return a name with the prefix if a part has it, or with `column` if it is a column of one: "tip dz"."""
-    named = value in names or (column and any(value.startswith(f"{name} ") for name in names))
+    """Return a name with the prefix if a part has it; with `column` also one with a unit, "tip dz [m]"."""
+    named = value in names or (column and without_unit(value) in names)
     return f"{prefix}_{value}" if named else value
 
 

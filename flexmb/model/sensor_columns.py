@@ -1,8 +1,8 @@
 """How sensors and their columns are named, everywhere: "tip" is a sensor, "tip dz" one of its columns.
 
 A sensor of one column is meant by its name; "lever angle" with the title of the column is the same. The unit may
-follow, as in the titles of tables: "tip dz [m]". Where a sensor bears the name of another one's column, the sensor is
-meant.
+follow, as in the titles of tables: "tip dz [m]"; "pin force [N]" are the columns of this unit. Where a sensor bears the
+name of another one's column, the sensor is meant, and the column is "tip: dz".
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ __all__ = [
     "sensor_columns",
     "titles_of",
     "unknown",
+    "without_unit",
 ]
 
 
@@ -56,41 +57,59 @@ def sensor_columns(titles: Mapping[str, Sequence[str]]) -> dict[str, tuple[Senso
         With units, ("fx [N]", ...).
     """
     known: dict[str, tuple[SensorColumn, ...]] = {}
-    parts: dict[str, tuple[SensorColumn, ...]] = {}
+    others: dict[str, tuple[SensorColumn, ...]] = {}
+    taken = set(titles)
     for sensor, own in titles.items():
         columns = []
         for number, title in enumerate(map(str, own)):
             label, _, unit = title.rpartition("[") if title.endswith("]") else (title, "", "]")
             component = label.strip()
             short = component.removeprefix(f"{sensor} ") if component != sensor else ""
-            name = sensor if len(own) == 1 else f"{sensor} {short}".strip()
-            column = SensorColumn(sensor, number, component, unit[:-1].strip(), name)
-            columns.append(column)
-            for text in (name, f"{sensor} {component}", f"{sensor} {short}"):
-                parts.setdefault(text.strip(), (column,))
+            said = (f"{sensor} {short}".strip(), f"{sensor}: {short or number}", f"{sensor}: column {number}")
+            name = sensor if len(own) == 1 else next((text for text in said if text not in taken), said[-1])
+            taken.add(name)
+            columns.append(SensorColumn(sensor, number, component, unit[:-1].strip(), name))
+            for text in (*said, f"{sensor} {component}".strip()):
+                others.setdefault(text, (columns[-1],))
         known[sensor] = tuple(columns)
-    return {**parts, **known}
+    named = {column.name: (column,) for columns in known.values() for column in columns}
+    return {**others, **named, **known}
 
 
 def columns_named(name: str, known: Mapping[str, tuple[SensorColumn, ...]]) -> tuple[SensorColumn, ...]:
     """Return the columns that a name means among those of `sensor_columns`; none if nothing has this name."""
     if name in known:
         return known[name]
-    plain, bracket, _ = name.rpartition(" [")
-    return known.get(plain, ()) if bracket and name.endswith("]") else ()
+    plain, unit = _with_unit(name)
+    return tuple(column for column in known.get(plain, ()) if column.unit == unit)
+
+
+def without_unit(name: str) -> str:
+    """Return "tip dz" of "tip dz [m]"."""
+    return _with_unit(name)[0]
+
+
+def _with_unit(name: str) -> tuple[str, str | None]:
+    """Return the name before the unit, and the unit; all of it and None without one."""
+    plain, bracket, unit = name.rpartition(" [")
+    return (plain.rstrip(), unit[:-1].strip()) if bracket and name.endswith("]") else (name, None)
 
 
 def found_in(model, name: str) -> tuple[Any, int | None] | None:
     """Return a sensor of a model and the number of the column that the name says; None for all its columns.
 
-    None alone if nothing has this name.
+    None alone if nothing has this name, or several columns but not all of them.
     """
     sensors = {sensor.name: sensor for sensor in model.sensors}
     if not isinstance(name, str) or name in sensors:
         return (sensors[name], None) if isinstance(name, str) else None
-    of = [own for own in sensors if name.startswith(f"{own} ")]  # columns of others are not asked: they may fail
-    columns = columns_named(name, sensor_columns({own: tuple(map(str, sensors[own].columns(model))) for own in of}))
-    return (sensors[columns[0].sensor], columns[0].number) if len(columns) == 1 else None
+    # columns of others are not asked: they may fail
+    of = [own for own in sensors if name.startswith((f"{own} ", f"{own}: "))]
+    known = sensor_columns({own: tuple(map(str, sensors[own].columns(model))) for own in of})
+    columns = columns_named(name, known)
+    if len(columns) == 1:
+        return sensors[columns[0].sensor], columns[0].number
+    return (sensors[columns[0].sensor], None) if columns and columns == known[columns[0].sensor] else None
 
 
 def not_found_in(model, name: str) -> Unknown:
@@ -106,6 +125,14 @@ def not_found_in(model, name: str) -> Unknown:
 
 def unknown(name: str, known: Mapping[str, tuple[SensorColumn, ...]]) -> Unknown:
     """Return what to say of a name that nothing has: the columns of the sensor that it begins with, or all sensors."""
+    plain, unit = _with_unit(name)
+    if unit is not None and plain in known:
+        units = list(dict.fromkeys(column.unit for column in known[plain]))
+        return Unknown(
+            f"the unit [{unit}] of '{plain}'",
+            " or ".join(f"[{own}]" if own else "no unit" for own in units) + ": values of sensors are not converted",
+            f"Write '{plain}'",
+        )
     sensors = list(dict.fromkeys(column.sensor for columns in known.values() for column in columns))
     of = max((sensor for sensor in sensors if name == sensor or name.startswith(f"{sensor} ")), key=len, default=None)
     offered = [column.name for column in known[of]] if of is not None else sensors

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from flexmb.errors import FlexmbError, ValidityWarning, did_you_mean, listed
 from flexmb.files import check_folder, complaints, replacing
 from flexmb.lock import Lock
 from flexmb.model.kinds import Sensor
-from flexmb.model.sensor_columns import SensorColumn, columns_named, sensor_columns
+from flexmb.model.sensor_columns import SensorColumn, columns_named, sensor_columns, without_unit
 from flexmb.results.interpolation import instant_at
 from flexmb.results.phase import INPUTS, Instant, Phase
 from flexmb.results.read_file import read_solution_file
@@ -170,7 +170,8 @@ class Solution:
             if not any(own) and not any(key in phase.tables for phase in self.phases):
                 columns = columns_named(key, self.sensor_columns)
                 if columns:
-                    self._known[key] = self[columns[0].sensor].reshape(len(self.t), -1)[:, columns[0].number]
+                    own_columns = self[columns[0].sensor].reshape(len(self.t), -1)[:, [one.number for one in columns]]
+                    self._known[key] = own_columns[:, 0] if len(columns) == 1 else own_columns
                     return self._known[key]
                 raise FlexmbError(
                     "Solution",
@@ -291,8 +292,12 @@ class Solution:
         return Solution(phases=phases, status=status, statistics=statistics, columns=columns)
 
 
-def _instead(model, key: str, names: tuple[str, ...], columns: Iterable[str]) -> str:
+def _instead(model, key: str, names: tuple[str, ...], columns: Mapping[str, tuple[SensorColumn, ...]]) -> str:
     """Return what to write for a sensor that does not exist: one of a similar name, or of a part of that name."""
+    plain = without_unit(key)
+    if plain != key and plain in columns:
+        units = dict.fromkeys(f"[{column.unit}]" if column.unit else "no unit" for column in columns[plain])
+        return f"Write '{plain}', which has {' and '.join(units)}"
     if similar := did_you_mean(key, [*names, *columns]):
         return similar
     plain = "".join(c for c in key.lower() if c.isalnum())

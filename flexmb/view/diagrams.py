@@ -18,7 +18,7 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, did_you_mean
 from flexmb.files import replacing
-from flexmb.model.sensor_columns import SensorColumn, columns_named, sensor_columns, unknown
+from flexmb.model.sensor_columns import SensorColumn, columns_named, sensor_columns, unknown, without_unit
 from flexmb.view.curves import COLORS, Line, drawable
 from flexmb.view.quantities import ZERO, scaled
 from flexmb.view.ranges import factors_in_labels, largest_of, least_range, length_of, unit_in, widen
@@ -109,11 +109,12 @@ class Diagram:
             )
             for run, wanted, (values, _), (x, _) in found
         ]
-        what = self.y[0] if len(self.y) == 1 else ""
+        what = without_unit(self.y[0]) if len(self.y) == 1 else ""
         per = "its last value" if self.per == FINAL else self.per
         label = f"{what} / {per}" if self.per is not None else f"{what} [{unit or '-'}]"
         label = "\n".join(textwrap.wrap(label.strip(), WIDTH))
-        return _seen(lines) if len(runs) == 1 else lines, label, f"{self.x or 'time'} [{x_unit or '-'}]"
+        x_label = f"{without_unit(self.x or 'time')} [{x_unit or '-'}]"
+        return _seen(lines) if len(runs) == 1 else lines, label, x_label
 
     def _of_these(self, runs: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the runs that the diagram shows."""

@@ -14,7 +14,7 @@ from flexmb.view.arm_lines import arm_lines
 from flexmb.view.labels import without_overlap
 from flexmb.view.viewpoint import viewpoint
 
-__all__ = ["VIEW_ANGLE", "Look", "Stage", "camera_position", "framed_points", "part_color"]
+__all__ = ["VIEW_ANGLE", "Look", "Stage", "bar", "camera_position", "framed_points", "part_color"]
 
 VIEW_ANGLE = 20.0  # degrees; a long lens keeps parallel links nearly parallel
 
@@ -217,7 +217,7 @@ class Stage:
                 "scalars": CONTACT_LABEL,
                 "cmap": "inferno",
                 "clim": (0.0, MEGA * largest),
-                "scalar_bar_args": {**_bar(), "title": CONTACT_LABEL + "\n", "position_x": 0.03},
+                "scalar_bar_args": {**bar(CONTACT_LABEL, MEGA * largest), "position_x": 0.03},
                 "lighting": False,
             }
         elif mises is not None and look.color is None and self.largest_stress > 0.0:
@@ -226,7 +226,7 @@ class Stage:
                 "scalars": ELASTIC_LABEL,
                 "cmap": _colors(),
                 "clim": (0.0, MEGA * self.largest_stress),
-                "scalar_bar_args": _bar(),
+                "scalar_bar_args": bar(ELASTIC_LABEL, MEGA * self.largest_stress),
                 "interpolate_before_map": True,
                 "nan_color": part_color(self.scene, part),  # beams beside shells: they have no stress
             }
@@ -303,9 +303,10 @@ def _colors():
     return ListedColormap(colormaps["turbo"](np.linspace(0.07, 0.97, 256)))
 
 
-def _bar():
+def bar(title: str, largest: float) -> dict[str, Any]:
+    """Return how a colour bar from 0 to `largest` looks: its numbers have three digits, or all before the point."""
     return {
-        "title": ELASTIC_LABEL + "\n",
+        "title": title + "\n",
         "vertical": False,
         "position_x": 0.34,
         "position_y": 0.02,
@@ -315,7 +316,7 @@ def _bar():
         "label_font_size": 18,
         "color": "#26303a",
         "n_labels": 5,
-        "fmt": "%.4g",
+        "fmt": "%.0f" if 1e3 <= largest < 1e6 else "%.3g",
         "font_family": "arial",
         "unconstrained_font_size": True,
     }

@@ -52,6 +52,18 @@ name = "pin"
 markers = ["ground.pin", "arm.pin"]
 """
 
+DRIVEN = f"""{PENDULUM}
+[[joint]]
+kind = "Drive"
+name = "motor"
+joint = "pin"
+angle = {{ ramp = {{ rate = 1.0 }} }}
+[[sensor]]
+kind = "Position"
+name = "tip"
+marker = "arm.pin"
+"""
+
 
 @pytest.mark.parametrize("said", SAID)
 def test_words_of_python(said):
@@ -61,6 +73,33 @@ def test_words_of_python(said):
 def test_verbs_with_the_option_are_told_so():
     told = in_files_and_options("Begin at one: about=fmb.statics(model)", statics=True)
     assert told == 'Begin at one: --statics, or start = "equilibrium" in the table [simulation]'
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("instead, or start from fmb.statics(model)", "instead"),
+        ("no equilibrium: start from fmb.statics(model), and compare with", "no equilibrium: compare with"),
+        ("Give the result of fmb.statics(model), or leave inputs out", "Leave inputs out"),
+    ],
+)
+def test_what_was_done_is_not_proposed(said, meant):
+    assert in_files_and_options(said, statics=True, at_rest=True) == meant
+
+
+@pytest.mark.parametrize("begin", ["option", "file"])
+def test_a_drive_that_moves_in_the_equilibrium(begin, tmp_path, monkeypatch, capsys):
+    """Inputs and outputs about a state that moves are refused; statics was asked for and is not proposed again."""
+    monkeypatch.chdir(tmp_path)
+    text = DRIVEN if begin == "option" else f'{DRIVEN}[simulation]\nt_end = 1.0\nstart = "equilibrium"\n'
+    (tmp_path / "arm.toml").write_text(text)
+    assert main(["linearize", "arm.toml", *(["--statics"] if begin == "option" else [])]) == 2
+    told = re.sub(r"\s+", " ", capsys.readouterr().err)
+    assert "a state that moves" in told
+    assert "Leave inputs and outputs out" in told
+    assert "statics" not in told
+    assert "equilibrium (" not in told
+    assert 'start = "equilibrium"' not in told
 
 
 @pytest.mark.parametrize(("verb", "option"), [("check", False), ("modes", True)])

@@ -59,10 +59,11 @@ def slider() -> fmb.Model:
     )
 
 
-def test_a_controller_in_a_unit_is_the_controller_in_python(unit):
+@pytest.mark.parametrize("name", ["place x", "place x [m]", "place.x"])
+def test_a_controller_in_a_unit_is_the_controller_in_python(unit, name):
     controller = fmb.fmi.Fmu(
         unit("Proportional", "-self.gain * self.measured"),
-        inputs={"measured": "place x"},
+        inputs={"measured": name},
         outputs={"force": "u"},
         parameters={"gain": 8.0},
     )
@@ -93,6 +94,8 @@ def test_an_end_that_is_no_multiple_of_the_step_is_met(unit):
     [
         ({"inputs": {"measurd": "place x"}}, "no input 'measurd'.*Did you mean 'measured'"),
         ({"inputs": {"measured": "place w"}}, "no sensor 'place w'.*place x, place y, place z"),
+        ({"inputs": {"measured": "place"}}, "sensor 'place' has 3 columns.*place x, place y, place z"),
+        ({"inputs": {"measured": "place x [mm]"}}, r"'place x \[mm\]'.*\[m\].*not converted"),
         ({"outputs": {"forse": "u"}}, "input 'forse' does not exist.*force"),
         ({"outputs": {"force": "v"}}, "no output 'v'.*one of: u"),
         ({"parameters": {"gian": 1.0}}, "no input 'gian'.*gain"),

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from tolerances import MACHINE
 
+import flexmb as fmb
+from flexmb import measured
 from flexmb.bodies import Box, Ground, PointMass, RigidBody
 from flexmb.errors import ModelError
 from flexmb.events import Change, Event, Lock, Release, Stop
@@ -12,7 +14,7 @@ from flexmb.joints import Drive, Revolute
 from flexmb.math.rotations import rotation_matrix
 from flexmb.model.model import Model
 from flexmb.model.pose import Pose
-from flexmb.sensors import Position, Reaction
+from flexmb.sensors import Distance, Position, Reaction
 
 R = rotation_matrix((0.3, -0.5, 1.1))
 AT = np.array([1.0, 2.0, -3.0])
@@ -156,3 +158,39 @@ def test_actions_of_events_are_renamed(arm):
     assert change.values == {"marker": "left_bar.center", "force": (0, 0, 0)}
     assert isinstance(stop, Stop)
     assert event.then[0].part == "spring"
+
+
+@pytest.mark.parametrize(
+    ("name", "within"),
+    [
+        ("p", "left_p"),
+        ("p x", "left_p x"),
+        ("p: x", "left_p: x"),
+        ("p x [m]", "left_p x [m]"),
+        ("r fx", "left_r fx"),
+        ("bar tip", "bar tip"),  # a sensor of the model around it, not a column of the body "bar"
+        ("p q", "p q"),
+        ("q", "q"),
+    ],
+)
+def test_columns_of_own_sensors_are_renamed(arm, name, within):
+    push = PointLoad("push", marker="bar.end", force=(measured(name), 0, 0))
+    placed = arm.with_parts(forces=[push]).placed("left")
+    assert f"'{within}'" in repr(placed.forces[-1].force[0])
+
+
+def test_events_that_watch_a_column_are_renamed(arm):
+    event = Event("e", sensor="p x [m]", above=1.0, then=Stop())
+    assert arm.with_parts(events=[event]).placed("left").events[0].sensor == "left_p x [m]"
+
+
+def test_a_sensor_around_that_begins_like_a_part_within():
+    """The load follows "bob place", a sensor of the whole model; it was looked for as "left_bob place"."""
+    push = PointLoad("push", marker="bob.center", force=(measured("bob place"), 0, 0))
+    within = Model(bodies=[Ground(), PointMass("bob", mass=2.0)], forces=[push])
+    around = Model(
+        bodies=[Ground(), PointMass("other", mass=1.0, at=(3.0, 0, 0))],
+        sensors=[Distance("bob place", markers=("ground.origin", "other.center"))],
+    )
+    run = fmb.simulate(around + within.placed("left"), t_end=1.0, samples=2)
+    assert run[fmb.Position("x", marker="left_bob.center")][-1, 0] == pytest.approx(0.5 * 3.0 / 2.0, rel=1e-6)

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from flexmb.view.curves import Line, svg_curves
 from flexmb.view.ranges import factors_in_labels, least_range, widen
+from flexmb.view.stage import bar
 
 T = np.linspace(0.0, 1.0, 50)
 
@@ -69,3 +70,14 @@ def test_pages_too():
     flat = svg_curves([Line("", T, 2000.0 + 1e-9 * np.sin(40.0 * T), "#000000")], y_label="[N]")
     assert "1e-10" not in flat
     assert "1e-9" not in flat
+
+
+@pytest.mark.parametrize(
+    ("largest", "written"),
+    [(6.001, ["1.5", "3", "4.5", "6"]), (4567.0, ["1142", "2284", "3425", "4567"]), (1.2e-4, ["3e-05", "0.00012"])],
+)
+def test_numbers_of_colour_bars(largest, written):
+    """Three digits, or all before the point: "6.001" said no more than 6."""
+    form = bar("stress [MPa]", largest)["fmt"]
+    parts = np.linspace(0.0, largest, 5)[1:]
+    assert [form % x for x in (parts if len(written) == 4 else parts[[0, 3]])] == written
