@@ -27,7 +27,7 @@ def execute(arguments: argparse.Namespace) -> int:
     report = fmb.check(model)
     print(report)
     if report.mobility > 0:
-        rests = begins_at_rest(arguments, given)
+        arguments.statics = rests = begins_at_rest(arguments, given)  # no remedy then
         about, where = (fmb.statics(model), "equilibrium at the start") if rests else (None, "start")
         print(f"  frequencies about the {where}: {fmb.first_frequencies(model, about=about)}")
     return 0

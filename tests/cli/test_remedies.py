@@ -81,6 +81,11 @@ def test_verbs_with_the_option_are_told_so():
         ("instead, or start from fmb.statics(model)", "instead"),
         ("no equilibrium: start from fmb.statics(model), and compare with", "no equilibrium: compare with"),
         ("Give the result of fmb.statics(model), or leave inputs out", "Leave inputs out"),
+        (
+            "forces. Begin at one: about=fmb.statics(model)",
+            "forces. It is the equilibrium that was found: look at what moves or slides there, drives, contacts and "
+            "friction",
+        ),
     ],
 )
 def test_what_was_done_is_not_proposed(said, meant):
