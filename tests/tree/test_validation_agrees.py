@@ -45,8 +45,8 @@ MODELS = {
 }
 
 
-SPREAD = {"RB13 towing chain": 1e-3}
-"""Of the random states: a chain that is nearly stretched between its ends cannot be moved far."""
+SPREAD = {"RB13 towing chain": 3e-4}
+"""Of the random states: two straight halves of a chain go far only by way of a stretched one, which has no motion."""
 REGULARISED = {"RC01 door on three hinges": {"regularised": 1e-6}}
 
 
