@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -81,3 +83,25 @@ def test_a_growth_within_limits_is_followed():
     effort = fmb.Limit(fed_back(0.0, 1e9), limits=(-4.0, 4.0))
     solution = fmb.simulate(cart(effort), t_end=1.0, samples=11, integrator=fmb.IDA())
     assert solution.status.ok
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS[:3])
+def test_what_nothing_sets_going_stands(integrator):
+    """x'' = 9 x from x = 0 stays there: that is no failure, but worth knowing."""
+    effort = fmb.formula("k*x", over={"x": X}, k=9.0 * MASS)
+    with pytest.warns(fmb.ValidityWarning, match=r"Body 'cart'.*by e every 0\.333 s.*stands still"):
+        solution = fmb.simulate(cart(effort), t_end=100.0, samples=11, integrator=integrator)
+    assert solution.status.ok
+    assert np.abs(solution["x"]).max() == 0.0
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS[:3])
+def test_a_short_growth_after_a_long_rest_runs(integrator):
+    """Held for 100 s, let go for a second: x = F / k (cosh(3) - 1). The time of rest says nothing about it."""
+    effort = fmb.formula("1 + k*x", over={"x": X}, k=9.0 * MASS)
+    hold = fmb.Event("hold", at=1e-4, then=fmb.Lock("rail"))
+    go = fmb.Event("go", at=100.0, then=fmb.Unlock("rail"))
+    model = dataclasses.replace(cart(effort), events=[hold, go])
+    solution = fmb.simulate(model, t_end=101.0, samples=3, integrator=integrator)
+    assert solution.status.ok
+    assert solution["x"][-1] == pytest.approx((np.cosh(3.0) - 1.0) / (9.0 * MASS), rel=1e-2)

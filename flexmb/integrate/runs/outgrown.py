@@ -27,30 +27,42 @@ AT_ONCE = 20.0
 """The same of a run that has failed anyhow."""
 ROUNDING = 1e-6
 """Of the fastest rate: slower growth is none."""
+LOOKS = 9
+"""Samples of a phase at which the growth must be there: a controller may be off at the begin and at the end."""
+UNDRIVEN = 1e-9
+"""Part of the accelerations, with those by reactions and gravity, along a growing motion that is rounding."""
 
 
-def unstable_in_steps(system, work, start, row, span: float, counts) -> Status | None:
-    """Return a failure if the steps of a run have passed over a growth that is there at both ends of its phase.
+def unstable_in_steps(system, work, start, rows, end: float, steps: int) -> tuple[Status | None, list[str]]:
+    """Return a failure if the steps of a phase have passed over a growth that is there from its begin to its end; or a
+    warning if nothing has set that motion going, so that standing still is what the equations say.
 
     Parameters
     ----------
     start : State
         At which the phase began: a growth that is there for a moment limits nothing.
-    row : dict of arrays
-        Of its end.
-    span : float, s
-        Time of the run until here.
-    counts : dict of str to int
-        Of its steps.
+    rows : list of dict of arrays
+        Blocks of its samples, the last with its end.
+    end : float, s
+    steps : int
+        Taken in the phase: what an earlier one was long enough for says nothing about this one.
     """
-    steps = counts.get("steps", 0)
-    if row is None or not steps or not span > 0.0 or not that_follow(system):
-        return None
-    rate, freedom = min(_fastest(system, state, work) for state in (start, _state(system, row)))
-    if not rate * span > max(GROWN, PASSED_OVER * steps):
-        return None
-    passed = f"{_words(system, rate, freedom)}; a step took {span / steps:.3g} s and passed over it"
-    return Status.failed(passed, REMEDY)
+    span = end - start.t
+    if not rows or not steps or not span > 0.0 or not that_follow(system):
+        return None, []
+    known = [(block, k) for block in rows for k in range(len(block["t"])) if block["t"][k] > start.t]
+    known = [known[i] for i in np.unique(np.linspace(len(known) - 1, 0, LOOKS).astype(int))[::-1]] if known else []
+    rate, freedom, driven = np.inf, 0, _fastest(system, start, work)[2]
+    for state in (start, *(_state(system, block, k) for block, k in known)):
+        rate, freedom = min((rate, freedom), _fastest(system, state, work)[:2])
+        if not rate * span > max(GROWN, PASSED_OVER * steps):
+            return None, []
+    words = _words(system, rate, freedom)
+    if driven:
+        return Status.failed(f"{words}; a step took {span / steps:.3g} s and passed over it", REMEDY), []
+    return None, [
+        f"{system.model.title}: {words}; nothing sets it going, so it stands still. Disturb it a little to see."
+    ]
 
 
 def unstable_at_end(system, work, start, row, reached: float) -> str | None:
@@ -58,12 +70,12 @@ def unstable_at_end(system, work, start, row, reached: float) -> str | None:
     state = start if row is None else _state(system, row)
     if not that_follow(system) or not np.isfinite(reached):
         return None
-    rate, freedom = _fastest(system, state, work)
+    rate, freedom, _ = _fastest(system, state, work)
     return _words(system, rate, freedom) if rate * (reached - start.t) > AT_ONCE else None
 
 
-def _state(system, row):
-    return system.state(float(row["t"][-1]), *(row[name][-1] for name in ("q", "u", "a", "lam")))
+def _state(system, row, k: int = -1):
+    return system.state(float(row["t"][k]), *(row[name][k] for name in ("q", "u", "a", "lam")))
 
 
 def _words(system, rate: float, freedom: int) -> str:
@@ -74,12 +86,13 @@ def _words(system, rate: float, freedom: int) -> str:
     )
 
 
-def _fastest(system, state, work) -> tuple[float, int]:
-    """Return the largest growth rate, 1/s, of the linear equations at a state, and the velocity that takes part most.
+def _fastest(system, state, work) -> tuple[float, int, bool]:
+    """Return the largest growth rate, 1/s, of the linear equations at a state, the velocity that takes part most, and
+    if speeds or accelerations of the state have a part along that motion.
 
     First-order states are velocities whose rates do not follow from their integrals: they need nothing of their own.
     """
-    nothing = 0.0, 0
+    nothing = 0.0, 0, False
     if not 0 < system.nu <= DENSE:
         return nothing
     with np.errstate(all="ignore"):
@@ -95,12 +108,18 @@ def _fastest(system, state, work) -> tuple[float, int]:
         n = N.shape[1]
         try:
             back = -np.linalg.solve(N.T @ M @ N, np.hstack([N.T @ K @ N, N.T @ D @ N])) if n else np.zeros((0, 0))
-            values, vectors = np.linalg.eig(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), back]))
-        except np.linalg.LinAlgError:  # motions without inertia, or no finite numbers
+            whole = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), back])
+            values, left, vectors = linalg.eig(whole, left=True)
+        except (np.linalg.LinAlgError, ValueError):  # motions without inertia, or no finite numbers
             return nothing
     if not n or not np.all(np.isfinite(values)):
         return nothing
     k = int(np.argmax(values.real))
     if not values[k].real > ROUNDING * float(np.abs(values).max()):
         return nothing
-    return float(values[k].real), int(np.argmax(np.abs(scale * (N @ vectors[n:, k]))))
+    motion = np.concatenate([N.T @ (state.u / scale), N.T @ (state.a / scale)])
+    others = np.linalg.norm(G.T @ state.lam) + np.linalg.norm(np.ravel(system.model.gravity)) * np.max(1.0 / scale)
+    rounding = UNDRIVEN * (np.linalg.norm(motion[n:]) + others) * np.linalg.norm(left[n:, k])
+    rounding += UNDRIVEN * np.linalg.norm(motion[:n]) * np.linalg.norm(left[:n, k])
+    driven = bool(abs(np.vdot(left[:, k], motion)) > rounding)
+    return float(values[k].real), int(np.argmax(np.abs(scale * (N @ vectors[n:, k])))), driven

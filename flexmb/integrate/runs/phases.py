@@ -203,7 +203,7 @@ class Phases:
         longest = self.span / LOOKS if watch.events else None
         remembers = getattr(self.integrator, "remembers", False)
         marks, breaks = marks_to(system, end, self.t, self.planned, begun_at, remembers, longest)
-        first, block, last_row, begun = 0, self._first_block(marks), None, -1
+        first, block, last_row, begun, before = 0, self._first_block(marks), None, -1, self.statistics.get("steps", 0)
         try:
             while first < len(marks):
                 marks = self.kept.gradients.resolved(marks, first, block)
@@ -254,7 +254,10 @@ class Phases:
             return self.interruption.status(self.t)
         finally:
             self._tell(system)
-        gone = unstable_in_steps(system, work, start, last_row, end - float(self.times[0]), self.statistics)
+        steps = self.statistics.get("steps", 0) - before
+        blocks = [*self.recorder.rows, *([] if last_row is None else [last_row])]
+        gone, stands = unstable_in_steps(system, work, start, blocks, end, steps)
+        self.validity.tell(stands)
         return gone or ((due, last_row, watch) if due is not None else Status.finished(end))
 
     def _first_event(self, watch, rows, before, times):
