@@ -52,16 +52,18 @@ def unstable_in_steps(system, work, start, rows, end: float, steps: int) -> tupl
         return None, []
     known = [(block, k) for block in rows for k in range(len(block["t"])) if block["t"][k] > start.t]
     known = [known[i] for i in np.unique(np.linspace(len(known) - 1, 0, LOOKS).astype(int))[::-1]] if known else []
-    rate, freedom, driven = np.inf, 0, _fastest(system, start, work)[2]
-    for state in (start, *(_state(system, block, k) for block, k in known)):
-        rate, freedom = min((rate, freedom), _fastest(system, state, work)[:2])
+    rate, freedom, driven = _fastest(system, start, work)
+    for block, k in known:
         if not rate * span > max(GROWN, PASSED_OVER * steps):
-            return None, []
+            break
+        rate, freedom = min((rate, freedom), _fastest(system, _state(system, block, k), work)[:2])
+    if not rate * span > max(GROWN, PASSED_OVER * steps):
+        return None, []
     words = _words(system, rate, freedom)
     if driven:
         return Status.failed(f"{words}; a step took {span / steps:.3g} s and passed over it", REMEDY), []
     return None, [
-        f"{system.model.title}: {words}; nothing sets it going, so it stands still. Disturb it a little to see."
+        f"Model '{system.model.name}': {words}; nothing sets it going, so it stands still. Disturb it a little to see."
     ]
 
 
