@@ -10,7 +10,7 @@ from __future__ import annotations
 import _thread
 import ctypes
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from hashlib import blake2b
 from inspect import Parameter, Signature, signature
 from typing import Any
@@ -18,6 +18,8 @@ from typing import Any
 import llvmlite.binding as llvm
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.errors import TypingError
+from numba.core.typeconv import Conversion
 from numba.core.typing import Signature as TypedSignature
 from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
 
@@ -29,6 +31,10 @@ BYTES_OF = ir.IntType(8).as_pointer()
 CALLBACK = ctypes.CFUNCTYPE(None)
 INTERRUPTIONS = 3
 """So many times compiling begins again after Ctrl-C."""
+WAITING = 8
+"""Generators that wait for calls: one is used up by each, and threads may come at once."""
+LOSING = (None, Conversion.unsafe)
+"""Conversions of arguments that would cut off a fraction or take a part of an array for another."""
 _kept: list[KernelOnDemand] = []
 """All of this process: machine code refers to their cells, also after a module was loaded anew."""
 
@@ -46,11 +52,20 @@ class KernelOnDemand:
     call_digest = ""
 
     def __init__(self, function: Callable, declared: TypedSignature):
+        if "<locals>" in function.__qualname__:
+            raise TypeError(
+                f"kernel on demand {function.__qualname__}: its cell is found by its name, so it must be a "
+                "function of a module"
+            )
         self.kernel = entry_kernel(*declared.args)(function)
         self.types = declared
         self.__doc__ = function.__doc__
         self._name = f"{function.__module__}.{function.__qualname__}"
-        self._cell, self._filler = ctypes.c_void_p(), CALLBACK(self._fill)
+        self.__module__, self.__qualname__ = function.__module__, function.__qualname__  # pickled by these
+        self._waiting: list[Iterator[None]] = []
+        self._await_calls()
+        self._cell = ctypes.c_void_p()
+        self._filler = CALLBACK(map(next, iter(self._waiting.pop, None)).__next__)  # takes one and goes on in it
         _kept.append(self)
         llvm.add_symbol(self._symbol("cell"), ctypes.addressof(self._cell))
         llvm.add_symbol(self._symbol("fill"), ctypes.cast(self._filler, ctypes.c_void_p).value)
@@ -65,6 +80,9 @@ class KernelOnDemand:
 
     def __deepcopy__(self, memo: dict) -> KernelOnDemand:
         return self  # numba copies statements
+
+    def __reduce__(self) -> str:
+        return self.__qualname__
 
     def __call__(self, *arguments):
         return self.kernel(*arguments)
@@ -87,14 +105,26 @@ class KernelOnDemand:
                 raise TypeError(f"{self!r} returns {made.signature.return_type}, declared {self.types.return_type}")
             self._cell.value = made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
 
-    def _fill(self) -> None:
-        """Fill the cell; called from machine code, which waits for it, and which no exception can pass through.
+    def _await_calls(self) -> None:
+        while len(self._waiting) < WAITING:
+            filling = self._fill()
+            next(filling)
+            self._waiting.append(filling)
 
-        So Ctrl-C waits until the kernel is there.
+    def _fill(self) -> Iterator[None]:
+        """Wait for a call from machine code, fill the cell, and yield again: the machine code goes on.
+
+        No exception can pass through machine code, so Ctrl-C waits until the kernel is there. One that struck before,
+        while machine code ran, is raised by Python with the first instruction after the call. In a function that comes
+        before any `try`; here it is the one after `yield`.
         """
-        struck = False
+        struck = called = False
         for _ in range(INTERRUPTIONS):
             try:
+                if not called:
+                    called = True
+                    yield
+                self._await_calls()
                 self.ready()
             except KeyboardInterrupt:
                 struck = True
@@ -104,6 +134,7 @@ class KernelOnDemand:
             later = threading.Timer(0.02, _thread.interrupt_main)  # once the machine code goes on
             later.daemon = True
             later.start()
+        yield
 
     def call(self, target: Any, builder: ir.IRBuilder, values: tuple) -> ir.Value:
         """Return the code of a call."""
@@ -132,7 +163,13 @@ KernelOnDemand.call_digest = blake2b(
 def _typing(called: KernelOnDemand, function: Callable) -> Callable:
     """Return what numba asks for the types of a call and for its code, with the names of the arguments."""
 
+    declared = called.types.args
+
     def typed(context, *arguments):
+        for name, given, expected in zip(signature(function).parameters, arguments, declared, strict=True):
+            if context.can_convert(given, expected) in LOSING:
+                raise TypingError(f"{called!r}: argument {name} is declared {expected}, the call has {given}")
+
         def code(target, builder, _, values):
             return called.call(target, builder, values)
 

@@ -2,17 +2,24 @@
 
 import importlib
 import os
+import pickle
+import signal
 import subprocess
 import sys
 import threading
 import time
 
+import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
 from flexmb.math import declared_kernels
-from flexmb.math.kernel_on_demand import KernelOnDemand
+from flexmb.math.kernel_on_demand import KernelOnDemand, kernel_on_demand
+from flexmb.math.tables import COUNT, NUMBER
 
 MODULE = """
+import math
+
 from numba import types
 from flexmb.math.kernel import kernel
 from flexmb.math.kernel_on_demand import kernel_on_demand
@@ -54,6 +61,25 @@ def changed(x, wanted):
     return above
 
 @kernel
+def sums_after(x, n, turns):
+    waited = 0.0
+    for i in range(turns):
+        waited = math.sin(waited + i)
+    return power(x, n) + 0.0 * waited
+
+@kernel
+def of_fraction(x):
+    return power(x, 0.5 * x)
+
+@kernel
+def changed_part(x):
+    return double(x[::2], True)
+
+@kernel
+def changed_as_given(x):
+    return double(x, True)
+
+@kernel
 def calls_wrong(x):
     return wrong(x)
 """
@@ -82,8 +108,6 @@ def test_it_is_compiled_at_its_first_call(rare):
 
 
 def test_arrays_and_choices_are_passed_on(rare):
-    import numpy as np
-
     x = np.array([0.5, 3.0])
     assert rare.changed(x, False) is False
     assert rare.changed(x, True) is False
@@ -125,8 +149,50 @@ def test_ctrl_c_while_it_is_compiled_is_not_lost(rare, monkeypatch):
     found = 0.0
     with pytest.raises(KeyboardInterrupt):  # noqa: PT012 - it may come as soon as the number is there
         found = rare.sums(3.0, 4)
-        time.sleep(10.0)
+        for _ in range(1000):
+            time.sleep(0.01)
     assert found == 84.0
+
+
+def test_ctrl_c_before_it_is_called_is_not_lost(rare):
+    """It strikes while machine code runs, and Python sees it only in the call that fills the cell."""
+    rare.sums_after.compile((NUMBER, COUNT, COUNT))
+    assert not rare.power.overloads
+    striking = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    found = 0.0
+    with pytest.raises(KeyboardInterrupt):  # noqa: PT012 - it may come as soon as the number is there
+        striking.start()
+        found = rare.sums_after(3.0, 4, 60_000_000)
+        for _ in range(1000):
+            time.sleep(0.01)
+    assert found == 81.0
+
+
+@pytest.mark.parametrize(
+    ("caller", "given", "told"),
+    [
+        ("of_fraction", 5.0, "argument n is declared int64, the call has float64"),
+        ("changed_part", np.arange(6.0), r"argument x is declared array\(float64, 1d, C\), the call has .*, A\)"),
+        ("changed_as_given", np.broadcast_to(1.0, 6), "argument x is declared array.*, the call has readonly"),
+    ],
+)
+def test_arguments_of_other_types_are_refused(rare, caller, given, told):
+    """2.5 would be taken as 2, and a view with gaps or one that may only be read as an array of its own."""
+    with pytest.raises(TypingError, match=told):
+        getattr(rare, caller)(given)
+
+
+def test_it_is_a_function_of_a_module():
+    def inner(x):
+        return x
+
+    with pytest.raises(TypeError, match="must be a function of a module"):
+        kernel_on_demand(NUMBER, NUMBER)(inner)
+
+
+def test_kernels_that_call_it_are_pickled(rare):
+    assert pickle.loads(pickle.dumps(rare.power)) is rare.power
+    assert pickle.loads(pickle.dumps(rare.sums))(3.0, 4) == 84.0
 
 
 def test_threads_that_need_it_at_once_find_it(rare):
