@@ -98,7 +98,9 @@ def length_at(stream: BinaryIO, place: int) -> int:
 
 
 def mend(path: str | Path) -> Mended | None:
-    """Return what of a damaged file can be restored; None if it has no sound parity."""
+    """Return what of a damaged file can be restored; None if it has no sound parity, or is no regular file."""
+    if not Path(path).is_file():  # opening a pipe would wait for its other end
+        return None
     with Path(path).open("rb") as stream:
         found = _search(stream)
         if found is None:
