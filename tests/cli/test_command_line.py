@@ -185,13 +185,15 @@ sys.exit(code)
 def test_a_signal_while_the_package_is_loaded_and_another_at_the_end(number, tmp_path):
     """One message and one code from the first moment on: it was -15, and -2 where a named tuple was being made."""
     (tmp_path / "early.py").write_text(EARLY.format(number=number))
+    surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    surroundings.pop("PYTHONSAFEPATH", None)  # -m finds the module in the folder it is started from
     child = subprocess.run(
         [sys.executable, "-m", "early"],  # as python -m flexmb
         capture_output=True,
         text=True,
         check=False,
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        env=surroundings,
     )
     assert child.returncode == 130, child.stderr
     assert child.stderr == "flexmb: interrupted\n"

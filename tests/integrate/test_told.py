@@ -146,6 +146,7 @@ def test_share_of_the_energy_is_a_plain_number(left, said):
     """Percent without a power of ten."""
     watch = EnergyWatch(None, None)
     watch.worst, watch.moving, watch.rest, watch.blame = (left, 0.5), 1.0, 0.0, {"Body 'b'": left}
+    watch.fastest, watch.reached = 1.0, 1.0
     assert f" {said} of the largest energy" in watch.sentences(0)[0]
 
 

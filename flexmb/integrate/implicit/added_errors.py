@@ -28,7 +28,7 @@ __all__ = ["follow"]
 
 TURNS = 3
 """Corrections of coordinates whose rates depend on them."""
-GROWTH = 10.0
+GROWTH = 5.0
 """Growth of the distance in a step from which on it is not known: what grows by itself grows by less in steps that
 follow it. Where a mechanism passes close to a dead centre, one correction does not find the motion beside."""
 SLIGHT = 0.01
