@@ -7,7 +7,7 @@ Layout (schema ``flexmb.solution``, version 1)::
     data/0 ...      modal neutral data of the floating bodies, each once
     phases/0 ...    attributes model (text), ended, cut_off (the last row is no sample, but how far the run came when
                     it was interrupted); datasets t, q, u, a, lam, works: one row per sample
-    phases/0/memory what the integrator knew beside the last row, where the run was interrupted; attribute of
+    phases/0/memory what the integrator knew beside the last row, where the run was interrupted
     phases/0/sensors/0 ...   values of a sensor; attributes name, columns (JSON)
 
 While the simulation runs, what comes is added behind the end of the HDF5 part as records (`flexmb.results.journal`);
@@ -101,8 +101,7 @@ class RunFile:
     Raises
     ------
     DataFileError
-        The file cannot be created, another run is writing it, or the disk is full; what was written before stays
-        readable.
+        The file cannot be created, another run is writing it, or the disk is full; what was written stays readable.
 
     Examples
     --------
@@ -119,8 +118,7 @@ class RunFile:
     _lock: Lock
     _journal: Journal | None = None
     lost_its_place: bool = False
-    """Was the file removed, moved or replaced by another while it was written? `path` says where it is now; if it
-    is nowhere, `nowhere` is true."""
+    """Was the file removed, moved or replaced while it was written? `path` is where it is now, if not `nowhere`."""
     nowhere: bool = False
 
     def __init__(
