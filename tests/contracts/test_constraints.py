@@ -117,4 +117,5 @@ def test_what_is_forbidden_and_what_is_permitted_complement_each_other(kind, rng
     assert len(G) + len(P) == 6
     np.testing.assert_allclose(G @ P.T, 0.0, atol=1e-9)
     for freedom, twist in zip(joint.permits, twists, strict=True):
-        assert freedom.turns == bool(np.any(np.abs(twist[:, 3:]) > 0.5)), str(freedom)
+        # a bend of shafts that nearly oppose each other turns by little
+        assert freedom.turns == bool(np.any(np.abs(twist[:, 3:]) > 1e-6)), str(freedom)
