@@ -16,21 +16,25 @@ LIGHT = ("pendulum", "chain of eight", "heavy and light rods", "four-bar", "snap
 """Run by default; in all of them but one the errors told were 14 to 200 times the true ones, or a blow-up."""
 
 
-def holds(name: str) -> None:
-    """Assert that a mechanism is neither warned of falsely nor silently wrong."""
+def told_wrongly(name: str) -> list[str]:
+    """Return the integrators and tolerances that warn of a mechanism falsely, or are silent about a wrong result."""
+    wrong = []
     for how, (told, true) in told_and_true(name).items():
         if told == UNKNOWN:
             continue
-        assert not (told > SHARE and told > FALSE * true), f"{how} warns falsely: told {told:.1e}, true {true:.1e}"
-        assert not (told <= SHARE and true > SILENT * SHARE), f"{how} is silent: told {told:.1e}, true {true:.1e}"
+        if told > SHARE and told > FALSE * true:
+            wrong.append(f"{how} warns falsely: told {told:.1e}, true {true:.1e}")
+        if told <= SHARE and true > SILENT * SHARE:
+            wrong.append(f"{how} is silent: told {told:.1e}, true {true:.1e}")
+    return wrong
 
 
 @pytest.mark.parametrize("name", LIGHT)
 def test_errors_that_add_up(name):
-    holds(name)
+    assert told_wrongly(name) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in CASES if name not in LIGHT])
 def test_errors_that_add_up_in_all_kinds(name):
-    holds(name)
+    assert told_wrongly(name) == []
