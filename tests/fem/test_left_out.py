@@ -1,6 +1,8 @@
 """What a deck holds besides its mesh is named, and what cannot be meant is doubted: masses, links, units, numbers."""
 
+import re
 import warnings
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -48,6 +50,20 @@ a, b
 """
 
 
+@contextmanager
+def warned_once(match):
+    """The mesh is warned of in these words, and only once."""
+    with pytest.warns(fem.MeshWarning, match=match) as told:
+        yield
+    assert sum(re.search(match, str(warning.message)) is not None for warning in told) == 1
+
+
+def mass_of(fe) -> float:
+    """kg, as translations along x see it"""
+    along = (fe.dofs[:, 1] == 0).astype(float)
+    return float(along @ (fe.M @ along))
+
+
 @pytest.fixture
 def write(tmp_path):
     """``write("a.bdf", text)`` writes a file and returns its path."""
@@ -61,7 +77,7 @@ def write(tmp_path):
 
 def test_nastran_masses_and_rigid_elements(write):
     """The nodes of a spider are a set; the reader says what it left out, with the total mass."""
-    with pytest.warns(fem.MeshWarning, match=r"1 CELAS2, 2 CONM2 \(mass 4\), 1 RBE2, 1 RBE3; .*fem\.with_mass"):
+    with warned_once(r"1 CELAS2, 2 CONM2 \(mass 4\), 1 RBE2, 1 RBE3; .*fem\.with_mass"):
         mesh = fem.read_mesh(write("a.bdf", NASTRAN))
     assert mesh.node_sets["rbe2_11"].tolist() == [1, 2]
     assert mesh.node_sets["rbe3_12"].tolist() == [0, 3]
@@ -109,7 +125,7 @@ def test_elements_that_cannot_be_read(write, card):
 
 
 def test_elements_of_other_kinds_are_named(write):
-    with pytest.warns(fem.MeshWarning, match="1 CTRIAX6"):
+    with warned_once("1 CTRIAX6"):
         mesh = fem.read_mesh(write("a.bdf", NASTRAN.replace("RBE2", "CTRIAX6,9,1,1,2,3,4,5,6\nRBE2")))
     assert [(kind, cells.tolist()) for kind, cells in mesh.cells] == [("quad", [[0, 1, 2, 3]])]
 
@@ -121,13 +137,13 @@ def test_offsets_of_beams_and_plates(write):
     text = (
         "BEGIN BULK\n" + "".join(f"{line}\n" for line in NASTRAN.splitlines() if line.startswith("GRID")) + bars + plate
     )
-    with pytest.warns(fem.MeshWarning, match="left out were 1 offsets of CBAR, 1 offsets of CQUAD4;"):
+    with warned_once("left out were 1 offsets of CBAR, 1 offsets of CQUAD4;"):
         mesh = fem.read_mesh(write("a.bdf", text))
     assert len(mesh.cells_of("line")) == 2
 
 
 def test_abaqus_masses_and_links(write):
-    with pytest.warns(fem.MeshWarning, match=r"1 \*RIGID BODY, 1 \*TIE, 1 elements MASS, 1 elements SPRINGA"):
+    with warned_once(r"1 \*RIGID BODY, 1 \*TIE, 1 elements MASS, 1 elements SPRINGA"):
         mesh = fem.read_mesh(write("a.inp", ABAQUS))
     assert len(mesh.cells_of("quad")) == 1
 
@@ -166,7 +182,7 @@ def test_included_files(write):
     lines = NASTRAN.splitlines()
     write("grids.bdf", "\n".join(line for line in lines if line.startswith("GRID")) + "\n")
     write("rest.bdf", "\n".join(line for line in lines if line.startswith(("CQUAD4", "CONM2"))) + "\n")
-    with pytest.warns(fem.MeshWarning, match=r"2 CONM2 \(mass 4\)"):
+    with warned_once(r"2 CONM2 \(mass 4\)"):
         mesh = fem.read_mesh(write("whole.bdf", "BEGIN BULK\nINCLUDE 'grids.bdf'\ninclude rest.bdf\nENDDATA\n"))
     assert len(mesh.points) == 4
     with pytest.raises(MeshError, match=r"INCLUDE 'none\.bdf': no such file"):
@@ -185,8 +201,9 @@ def test_grid_points_at_two_places(write):
     twice = NASTRAN.replace("CQUAD4,", "GRID,2,,7.,0.,0.\nCQUAD4,")
     with pytest.raises(MeshError, match=r"1 grid points at two places, the first is 2.*Renumber"):
         fem.read_mesh(write("a.bdf", twice))
-    with pytest.warns(fem.MeshWarning, match="left out"):
-        fem.read_mesh(write("a.bdf", NASTRAN.replace("CQUAD4,", "GRID,2,,1.,0.,0.\nCQUAD4,")))
+    with warned_once("left out"):
+        mesh = fem.read_mesh(write("a.bdf", NASTRAN.replace("CQUAD4,", "GRID,2,,1.,0.,0.\nCQUAD4,")))
+    assert mesh.points.tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
 
 
 @pytest.mark.parametrize(
@@ -210,20 +227,24 @@ def test_missing_nodes_are_named(write, name, text):
 )
 @pytest.mark.parametrize(("young", "density", "speed"), [(210e3, 7850.0, "5.2"), (210e9, 7.85e-9, "5.2e+09")])
 def test_materials_in_other_units(make, young, density, speed):
-    """MPa beside kg/m3, t/mm3 beside Pa: the speed of sound tells."""
-    with pytest.warns(fem.MeshWarning, match=rf"speed of sound of {speed.replace('+', '.')} m/s.*1 MPa = 1e6 Pa"):
-        make(Material(young=young, poisson=0.3, density=density))
+    """MPa beside kg/m3, t/mm3 beside Pa: the speed of sound tells, and the numbers are taken as they are."""
+    with warned_once(rf"speed of sound of {speed.replace('+', '.')} m/s.*1 MPa = 1e6 Pa"):
+        told = make(Material(young=young, poisson=0.3, density=density))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        make(STEEL)
+        steel = make(STEEL)
+    assert told.M.sum() == pytest.approx(density / STEEL.density * steel.M.sum())
+    assert told.K.diagonal() == pytest.approx(young / STEEL.young * steel.K.diagonal())
 
 
 def test_frames_and_matrices_in_millimetres():
     section = fem.Section.tube(50.0, 2.0)
-    with pytest.warns(fem.MeshWarning, match=r"the diagonal is 1000 m"):
+    with warned_once(r"the diagonal is 1000 m"):
         fe = fem.frame(1000.0 * straight(2), section=section, material=STEEL)
-    with pytest.warns(fem.MeshWarning, match=r"the diagonal is 1000 m.*length_unit=1e-3"):
-        fem.from_matrices(fe.K, fe.M, np.array(fe.nodes))
+    with warned_once(r"the diagonal is 1000 m.*length_unit=1e-3"):
+        same = fem.from_matrices(fe.K, fe.M, np.array(fe.nodes))
+    for found in (fe, same):
+        assert found.nodes[:, 0].tolist() == [0.0, 500.0, 1000.0]
 
 
 @pytest.mark.parametrize(
@@ -239,8 +260,9 @@ def test_what_to_write_instead_of_elements(tmp_path, name, instead):
     path = tmp_path / "part.bdf"
     bulk = f"GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,.5,.1,0.\n{name},7,2,1,2,3,0.,1.,0.\nCROD,1,1,1,2\n"
     path.write_text(f"BEGIN BULK\n{bulk}PROD,1,1,1.-4\nMAT1,1,2.1+11,,.3,7850.\nENDDATA\n")
-    with pytest.warns(fem.MeshWarning, match=rf"left out: {name}: .*{instead} \(1\)"):
-        fem.read_deck(path, show=False)
+    with warned_once(rf"left out: {name}: .*{instead} \(1\)"):
+        fe = fem.read_deck(path, show=False)
+    assert mass_of(fe) == pytest.approx(7850.0 * 1e-4 * 1.0)  # of the rod
 
 
 def test_layered_solids_are_refused_with_a_way_around(tmp_path):
@@ -260,8 +282,10 @@ def test_shells_of_second_order_warn(tmp_path):
     rows = ["*NODE", *(f"{k}, {x}, {y}, 0." for k, (x, y) in enumerate(places, 1))]
     rows += ["*ELEMENT, TYPE=S8R, ELSET=P", "1, 1, 2, 3, 4, 5, 6, 7, 8", "*SHELL SECTION, ELSET=P, MATERIAL=S", ".01"]
     path.write_text("\n".join([*rows, "*MATERIAL, NAME=S", "*ELASTIC", "210e9, .3", "*DENSITY", "7850.", ""]))
-    with pytest.warns(fem.MeshWarning, match=r"S8R of second order, divided into flat elements .*\(1\): where few"):
-        fem.read_deck(path, show=False)
+    with warned_once(r"S8R of second order, divided into flat elements .*\(1\): where few"):
+        fe = fem.read_deck(path, show=False)
+    assert len(fe.nodes) == 8
+    assert mass_of(fe) == pytest.approx(7850.0 * 0.01)  # of a square metre
 
 
 def test_what_turns_or_moves_beam_sections_of_abaqus_is_told(tmp_path):
@@ -271,5 +295,6 @@ def test_what_turns_or_moves_beam_sections_of_abaqus_is_told(tmp_path):
         "*BEAM SECTION, ELSET=B, MATERIAL=S, SECTION=RECT\n.1, .2\n0., 1., 0.\n*BEAM SECTION OFFSET\n.01, .02\n"
         "*MATERIAL, NAME=S\n*ELASTIC\n2e11, .3\n*DENSITY\n7800.\n"
     )
-    with pytest.warns(fem.MeshWarning, match=r"\*BEAM SECTION OFFSET \(1\); \*NORMAL \(1\)"):
-        fem.read_deck(tmp_path / "part.inp", show=False)
+    with warned_once(r"\*BEAM SECTION OFFSET \(1\); \*NORMAL \(1\)"):
+        fe = fem.read_deck(tmp_path / "part.inp", show=False)
+    assert mass_of(fe) == pytest.approx(7800.0 * 0.1 * 0.2 * 1.0)
