@@ -5,6 +5,7 @@ Reference: the first frequencies of a clamped-clamped beam, whose number is the 
 
 import pytest
 from cli.test_cache import SHAFT
+from parts.flap import FLAP
 
 import flexmb as fmb
 from flexmb.cli import main
@@ -68,27 +69,21 @@ def test_fractions_are_refused_by_name(file, capsys, setting, words):
     assert "Leave elements out" not in out + err
 
 
-LISTS = """
+LISTS = f"""
 [parameters]
 first = 2.0
-[[body]]
-kind = "Ground"
-[[body]]
-kind = "FloatingBody"
-name = "flap"
-[body.data]
-interfaces = { root = 0, pair = ["= first", "= first + 2"] }
-stations = { seen = ["= 2*first"], all = { kind = "Each", of = ["= first", 4, 5, "= 3*first"] } }
-masses = [{ kind = "Mass", at = ["= first - 1", 3], mass = 1.5 }]
-links = [{ kind = "RigidLink", nodes = ["= first + 4"], reference = [1, 0, 0.1], name = "eye" }]
-loads = { push = { kind = "Forces", on = ["= first + 1"], force = [0, 0, 1] } }
+{FLAP}interfaces = {{ root = 0, pair = ["= first", "= first + 2"] }}
+stations = {{ seen = ["= 2*first"], all = {{ kind = "Each", of = ["= first", 4, 5, "= 3*first"] }} }}
+masses = [{{ kind = "Mass", at = ["= first - 1", 3], mass = 1.5 }}]
+links = [{{ kind = "RigidLink", nodes = ["= first + 4"], reference = [1, 0, 0.1], name = "eye" }}]
+loads = {{ push = {{ kind = "Forces", on = ["= first + 1"], force = [0, 0, 1] }} }}
 modes = 1
 [[body.data.pieces]]
 kind = "Line"
 points = [[0, 0, 0], [1, 0, 0]]
 elements = 6
 material = "steel"
-section = { kind = "Section.rectangle", width = 0.02, height = 0.02 }
+section = {{ kind = "Section.rectangle", width = 0.02, height = 0.02 }}
 """
 
 

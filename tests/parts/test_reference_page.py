@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from parts.flap import FLAP
 
 import flexmb as fmb
 from flexmb import parts
@@ -93,23 +94,17 @@ def test_sets_of_solids():
 def test_a_described_part_is_saved(tmp_path, monkeypatch):
     """As on the page: the file has the values it was made with, and another value refuses it."""
     monkeypatch.setenv("FLEXMB_BODIES", str(tmp_path / "kept"))
-    described = """
+    described = f"""
 [parameters]
 GJ = 1.5e6
-[[body]]
-kind = "Ground"
-[[body]]
-kind = "FloatingBody"
-name = "flap"
-[body.data]
-interfaces = { root = "start" }
+{FLAP}interfaces = {{ root = "start" }}
 modes = 1
 [[body.data.pieces]]
 kind = "Line"
 points = [[0, 0, 0], [0, 2, 0]]
 elements = 2
 material = "aluminium"
-section = { kind = "Section.values", area = 4e-3, inertia_y = 3e-5, inertia_z = 3e-4, torsion = "= GJ/27e9" }
+section = {{ kind = "Section.values", area = 4e-3, inertia_y = 3e-5, inertia_z = 3e-4, torsion = "= GJ/27e9" }}
 """
     file = tmp_path / "flap.toml"
     file.write_text(described)
