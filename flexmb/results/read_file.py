@@ -17,8 +17,8 @@ from flexmb.errors import DataFileError, did_you_mean
 from flexmb.lock import holder
 from flexmb.model import modal_neutral_file
 from flexmb.model.modal_neutral_data import ModalNeutralData
+from flexmb.results.hdf5_part import SCHEMA, VERSION, read_written
 from flexmb.results.phase import INPUTS, Phase
-from flexmb.results.run_file import SCHEMA, VERSION, read_written
 from flexmb.results.status import SHARED, Status
 from flexmb.results.written import Written, WrittenPhase
 

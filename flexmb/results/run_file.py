@@ -1,15 +1,5 @@
 """The solution file: HDF5, readable at any time, also while the simulation runs and after a kill at any moment.
 
-Layout (schema ``flexmb.solution``, version 1)::
-
-    attributes      status (JSON; absent of a run that was cut off), statistics (JSON), bodies (JSON: body name ->
-                    data number)
-    data/0 ...      modal neutral data of the floating bodies, each once
-    phases/0 ...    attributes model (text), ended, cut_off (the last row is no sample, but how far the run came when
-                    it was interrupted); datasets t, q, u, a, lam, works: one row per sample
-    phases/0/memory what the integrator knew beside the last row, where the run was interrupted
-    phases/0/sensors/0 ...   values of a sensor; attributes name, columns (JSON)
-
 While the simulation runs, what comes is added behind the end of the HDF5 part as records (`flexmb.results.journal`);
 nothing that is there is written again. When the file is closed they become part of a new HDF5 file, which replaces this
 one in one go. A killed process loses at most what it still held in memory.
@@ -32,7 +22,7 @@ from flexmb import hdf5
 from flexmb.errors import DataFileError
 from flexmb.files import check_folder, complaints
 from flexmb.lock import Lock
-from flexmb.model import modal_neutral_file
+from flexmb.results.hdf5_part import SCHEMA, VERSION, fold, write_bodies
 from flexmb.results.journal import Journal
 from flexmb.results.memory import Memory
 from flexmb.results.status import Status
@@ -45,43 +35,24 @@ from flexmb.results.written import (
     PHASE,
     REACHED,
     SAMPLES,
-    Written,
-    add_records,
-    joined,
-    read_group,
     says_of,
-    upto_damage,
 )
 from flexmb.told import tell
 from flexmb.whereabouts import places_for
 
-__all__ = ["FIELDS", "SCHEMA", "VERSION", "RunFile", "floating_data", "read_written"]
+__all__ = ["RunFile", "floating_data"]
 
-SCHEMA = "flexmb.solution"
-VERSION = 1
 ROWS = 256
 """Samples that are collected before they are written."""
 SECONDS = 2.0
 """Collected samples are not held back longer than this."""
 TRIES = 100
 """Names that are tried for a file that was removed while it was written."""
-PIECE = 8192
-"""Rows that are copied at a time."""
 
 
 def floating_data(model) -> dict[str, Any]:
     """Return the modal neutral data of a model's floating bodies by body name."""
     return {body.name: body.data for body in model.bodies if body.reduced is not None}
-
-
-def read_written(file, stream) -> Written:
-    """Return what a solution file holds, from its open HDF5 part and a binary stream of the same file."""
-    groups = [file["phases"][str(number)] for number in range(len(file["phases"]))]
-    written = Written(*upto_damage([read_group(group) for group in groups]))
-    if "status" in file.attrs and not written.behind:
-        written.status, written.statistics = file.attrs["status"], file.attrs.get("statistics", "{}")
-    add_records(written, stream, hdf5.end_of(stream.name))
-    return written
 
 
 class RunFile:
@@ -134,7 +105,7 @@ class RunFile:
         self._part = part or self._part
         try:
             with hdf5.writing(self.path, schema=SCHEMA, version=VERSION, part=self._part, doing="create") as file:
-                self._write_bodies(file, bodies or {})
+                write_bodies(file, bodies or {})
                 file.create_group("phases")
             with complaints(self._part, "create"):
                 self._journal = Journal(self.path)
@@ -154,7 +125,7 @@ class RunFile:
             with hdf5.reading(run.path, schema=SCHEMA, version=VERSION):
                 pass
             if hdf5.is_damaged(run.path):  # what was lost, and what stands behind it, is computed again
-                _fold(run.path, run._part, behind_too=True)
+                fold(run.path, run._part, behind_too=True)
             with complaints(run._part, "continue"):
                 run._journal = Journal(run.path)
                 run._journal.add(GOES_ON, {"phase": "new" if new_phase else "last"})
@@ -261,7 +232,7 @@ class RunFile:
             if self.nowhere:
                 return
             try:
-                _fold(self.path, self._part)
+                fold(self.path, self._part)
                 return
             except (DataFileError, MemoryError) as error:
                 if last or self._journal.place(self.path) == self.path:
@@ -324,17 +295,6 @@ class RunFile:
             self._journal.add(kind, says, numbers)
         self._find_again()
 
-    @staticmethod
-    def _write_bodies(file, bodies):
-        """Store every modal neutral data once, however many bodies are made of it."""
-        numbers: dict[int, int] = {}
-        store = file.create_group("data")
-        for data in bodies.values():
-            if id(data) not in numbers:
-                numbers[id(data)] = len(numbers)
-                modal_neutral_file.write(data, store.create_group(str(numbers[id(data)])))
-        file.attrs["bodies"] = json.dumps({name: numbers[id(data)] for name, data in bodies.items()})
-
 
 def _block(t, *others) -> dict[str, np.ndarray]:
     """Return samples by name, as copies: integrators reuse their arrays."""
@@ -343,57 +303,6 @@ def _block(t, *others) -> dict[str, np.ndarray]:
         "t": t,
         **{name: np.array(x, float).reshape(len(t), -1) for name, x in zip(FIELDS[1:], others, strict=True)},
     }
-
-
-def _fold(path: Path, part: str, behind_too: bool = False) -> None:
-    """Make the records behind the HDF5 part of a solution file part of it; what stands behind damage is an error, or
-    is left out.
-    """
-    with hdf5.writing(path, schema=SCHEMA, version=VERSION, part=part, doing="complete") as file:  # noqa: SIM117
-        # closed before the new file takes the place: Windows would refuse
-        with hdf5.reading(path, schema=SCHEMA, version=VERSION) as old, path.open("rb") as stream:
-            written = read_written(old, stream)
-            if written.behind and not behind_too:  # whoever saves the rest of the file finds the samples behind the gap
-                raise DataFileError(
-                    part,
-                    found="records that were written during the run are missing or damaged",
-                    expected="a file that nothing else changes",
-                    remedy="Look after the disk; reading the file tells how many samples are lost",
-                )
-            file.attrs["bodies"] = old.attrs["bodies"]
-            old.copy("data", file)
-            phases = file.create_group("phases")
-            for phase in written.phases:
-                _write_phase(phases.create_group(str(len(phases))), phase, stream)
-            if written.status is not None:
-                file.attrs["status"], file.attrs["statistics"] = written.status, written.statistics
-
-
-def _write_phase(group, phase, stream) -> None:
-    """Write a phase into its group: samples as datasets, and what is said about them."""
-    group.attrs["model"] = phase.text
-    if phase.ended is not None:
-        group.attrs["ended"] = phase.ended
-    if phase.reached is not None:
-        group.attrs["cut_off"] = True
-    if phase.memory is not None:
-        group.create_dataset("memory", data=phase.memory.numbers).attrs["of"] = phase.memory.of
-    count, done = phase.count + (phase.reached is not None), 0
-    for piece in phase.pieces(stream, PIECE):
-        rows = joined(piece)
-        for name, values in rows.items():
-            width = values.shape[1:]
-            if 0 in width:  # a width of zero is a dataset that is not there
-                continue
-            if name not in group:
-                group.create_dataset(name, shape=(count, *width), dtype=float)
-            group[name][done : done + len(values)] = values
-        done += len(rows["t"])
-    sensors = group.create_group("sensors")
-    for number, (name, values) in enumerate(phase.tables.items()):
-        table = sensors.create_dataset(str(number), data=values)
-        table.attrs["name"] = name
-        table.attrs["columns"] = json.dumps(phase.columns.get(name, ()))
 
 
 def _plain(value):

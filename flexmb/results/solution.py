@@ -18,9 +18,10 @@ from flexmb.model.sensor_columns import SensorColumn, columns_named, sensor_colu
 from flexmb.results.interpolation import instant_at
 from flexmb.results.phase import INPUTS, Instant, Phase
 from flexmb.results.read_file import read_solution_file
-from flexmb.results.run_file import FIELDS, RunFile, floating_data
+from flexmb.results.run_file import RunFile, floating_data
 from flexmb.results.series import Series
 from flexmb.results.status import SHARED, STORED, Status
+from flexmb.results.written import FIELDS
 
 __all__ = ["SHARED", "Solution"]
 

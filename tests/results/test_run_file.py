@@ -16,7 +16,7 @@ from flexmb import hdf5, hdf5_seal
 from flexmb.errors import DataFileError, FlexmbError
 from flexmb.files import replacing
 from flexmb.results import RunFile, Solution, Status, journal
-from flexmb.results.run_file import SCHEMA, VERSION
+from flexmb.results.hdf5_part import SCHEMA, VERSION
 from flexmb.sensors import Position
 
 WRITER = """

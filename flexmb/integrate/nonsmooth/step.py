@@ -8,8 +8,9 @@ import numpy as np
 
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
 from flexmb.integrate.nonsmooth.apart import TOUCHING, require_apart
+from flexmb.integrate.nonsmooth.closing import Closing, in_body_axes, place
 from flexmb.integrate.nonsmooth.points import Touching
-from flexmb.integrate.nonsmooth.problem import POINT, new_problem, sweep, write_problem
+from flexmb.integrate.nonsmooth.problem import POINT, new_problem, write_problem
 from flexmb.integrate.nonsmooth.restitution import solve_impulses
 from flexmb.integrate.nonsmooth.stepping import (
     UNTOLD,
@@ -17,7 +18,6 @@ from flexmb.integrate.nonsmooth.stepping import (
     end_positions,
     evaluate_middle,
     give_back,
-    open_equations,
     resultants,
     set_shifts,
     works_of,
@@ -30,9 +30,9 @@ from flexmb.math.block_lu import lu_factor
 from flexmb.math.block_parts import parts_of
 from flexmb.math.block_substitution import lu_solve
 from flexmb.math.energies import powers
-from flexmb.math.weights import no_matrix, weigh
+from flexmb.math.weights import weigh
 from flexmb.system.complaints import without_value
-from flexmb.system.program import advance, evaluate, keep_branches
+from flexmb.system.program import keep_branches
 
 __all__ = ["Stepper"]
 
@@ -40,11 +40,8 @@ SETTLED = 1e-10
 """Change of the velocities in an iteration, relative to them, at which it ends."""
 ITERATIONS, MANY, SLOW = 20, 60, 0.1
 """Iterations, those where forces follow accelerations, and the rate of convergence that asks for a new matrix there."""
-CLOSED = 1e-10
-"""What joints may be open at the end of a step, relative to the largest body of an equation."""
-CLOSINGS = 12
 HALF = 0.5
-"""Penetration, relative to the same, that a step never exceeds: thin surfaces shorten it."""
+"""Penetration, relative to the reach of the smallest surface, that a step never exceeds: thin surfaces shorten it."""
 SHORTEST = 1e-9
 """Share of the given step to which thin surfaces may shorten one."""
 FLOOR = 1e-9
@@ -56,8 +53,6 @@ EFFORT = "iterations", "sweeps", "steps of Newton over contacts"
 """Statistics that count steps which are taken back, too."""
 LEFT = "largest residual of contacts [m/s]"
 """Name of what the worst contact of all steps was left off its laws, in the statistics."""
-PUSHES = 60
-"""Sweeps in which penetrations are taken back: what is left is taken back in the next step."""
 
 
 class Stepper:
@@ -71,7 +66,7 @@ class Stepper:
         self.a = np.zeros(system.nu)
         to_world_axes(world, self.q, self.u, state.a.copy())
         self.signals = np.zeros_like(state.signals)
-        self.works, self.rest = np.zeros(3), np.zeros(system.nu)
+        self.works = np.zeros(3)
         self.points, self.P, self.h = np.zeros(0, POINT), np.zeros((0, 6)), settings.step
         self.counts: dict = {"steps": 0, "iterations": 0, "sweeps": 0, "steps of Newton over contacts": 0}
         self.counts["impacts without a rebound by Newton's law"] = 0
@@ -84,12 +79,13 @@ class Stepper:
         self.direct = not system.ng and not self.stiff
         self.thin = int(np.sum(np.isfinite(self.touching.thickness))) > 1
         self.closed = np.zeros(0, np.int64)
+        self.closing = Closing(system, work, self.parts, world, self.touching)
         self.kept, self.rows_of = _places_of_wrenches(system, self.touching)
         self.wrenches = np.zeros(self.kept.shape)
         self.complaint, self.gained, self.diverged = "", 0.0, False
         self.goal, self.span, self.most = state.t, 0.0, settings.step
         self._clear_wrenches(self.q)
-        self._place(self.t, self.q, self.u)
+        place(self.system, self.work, self.world, self.t, self.q, self.u)
         over = PassedOver(floor=FLOOR * system.lengths.whole, impact=IMPACT, blur=1.0, duration=duration, unfelt=1.0)
         self.switching = new_switching(system, self._present(), work, over)
         self.switches = len(self.switching.now) > 0
@@ -97,22 +93,9 @@ class Stepper:
             require_apart(system, self.touching, self.work, settings.step, HALF * self.small)
         self._first_forces()
 
-    def _place(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
-        """Evaluate a state without a matrix; velocities in the axes of the run."""
-        no_matrix(self.work.weights)
-        evaluate(self.system.program, self.system.state(t, q, self._body(q, u)), self.work)
-
     def _present(self):
         """Return the present state, velocities in body axes."""
-        return self.system.state(self.t, self.q, self._body(self.q, self.u))
-
-    def _body(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Return velocities in body axes."""
-        if not len(self.world):
-            return u.copy()
-        out = np.empty(len(u))
-        to_body_axes(self.world, q, u, self.rest, out, np.empty(len(u)))
-        return out
+        return self.system.state(self.t, self.q, in_body_axes(self.world, self.q, self.u))
 
     def _first_forces(self) -> None:
         """Find the forces at the start by a step that is not taken: samples have the forces of the step before."""
@@ -136,7 +119,7 @@ class Stepper:
             fresh = iteration == 0 or (follows and rate > SLOW)
             if complaint := self._free_change(h, (u1, lam), middle, right, fresh):
                 return self._fail(complaint)
-            end = self._body(mid, u1)
+            end = in_body_axes(self.world, mid, u1)
             v[:nu] = end + right[:nu]
             v[nu:] = right[nu:]
             if iteration == 0:
@@ -218,7 +201,7 @@ class Stepper:
         program, work = self.system.program, self.work
         self.works += h * powers(work.energy)
         if problem is not None:
-            self.works[2] += works_of(problem, self._body(mid, 0.5 * (self.u + u1)))
+            self.works[2] += works_of(problem, in_body_axes(self.world, mid, 0.5 * (self.u + u1)))
             kept = problem.active > 0
             P = np.zeros((len(problem.points), 6))
             give_back(problem, P)
@@ -233,7 +216,8 @@ class Stepper:
         rate = (u1 - self.u) / h
         end = self.q.copy()
         end_positions(program, self.world, self.q, self.u, u1, h, end)
-        end, u1 = self._closed(h, end, u1)
+        deep = TOUCHING * self.small + UNTOLD * self.settings.tolerance * self.gained * self.h
+        end, u1 = self.closing.closed(self.t + h, end, u1, self.closed, deep)
         if not np.all(np.isfinite(end)) or not np.all(np.isfinite(u1)):
             return self._fail(
                 f"the state is not finite at t = {self.t + h:.9g} s{without_value(self.system, work, end)}"
@@ -244,57 +228,6 @@ class Stepper:
         self.t += h
         self.counts["steps"] += 1
         return True
-
-    def _closed(self, h: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions with closed joints and without penetration, and velocities that the joints permit."""
-        system, program, work = self.system, self.system.program, self.work
-        right, t = np.zeros(system.nu + system.ng), self.t + h
-        bounds = system.drift_bounds(CLOSED) if system.ng else np.zeros(0)
-        for turn_ in range(CLOSINGS):
-            self._place(t, q, u)
-            open_equations(program, work, self._body(q, u), right, False)
-            off = bool(np.any(np.abs(right[system.nu :]) > bounds))
-            deep = self._overlapping(q, u) if turn_ < 2 and self.touching.forces else None
-            if not off and deep is None:
-                break
-            lu_solve(work.S, program.pattern, right)
-            if deep is not None:
-                self._push_apart(deep, right)
-            keep_branches(program, work, q)
-            advance(program, q.copy(), right[: system.nu], 1.0, q)
-        if system.ng:
-            for _ in range(CLOSINGS):
-                self._place(t, q, u)
-                body = self._body(q, u)
-                open_equations(program, work, body, right, True)
-                if np.all(np.abs(right[system.nu :]) <= bounds):
-                    break
-                lu_solve(work.S, program.pattern, right)
-                body += right[: system.nu]
-                turn(self.world, q, body)
-                u = body
-        return q, u
-
-    def _overlapping(self, q: np.ndarray, u: np.ndarray):
-        """Return the normal problem of points that are to be pushed apart; None if no penetration counts."""
-        tiny = TOUCHING * self.small + UNTOLD * self.settings.tolerance * self.gained * self.h
-        points = self.touching.found(self.work, 0.0, 0.1 * self.small)
-        if not len(points) or not np.any(points["gap"] < -tiny):
-            return None
-        problem = new_problem(points, self.work, self.parts, True)
-        write_problem(problem, self.work, self.work.S, self.system.program.pattern, self.parts)
-        problem.shift[:] = points["gap"]
-        problem.active[:] = np.isin(points["key"], self.closed) & (problem.D[::36] > 0.0)
-        if not np.any((points["gap"] < -tiny) & (problem.active == 1)):
-            return None
-        return problem
-
-    def _push_apart(self, problem, x: np.ndarray) -> None:
-        """Add the least displacement that opens all penetrations to `x`."""
-        for k in range(PUSHES):
-            change, _ = sweep(problem, self.parts, x, k % 2 == 1)
-            if change <= 0.1 * TOUCHING * self.small:
-                break
 
     def _unsolved(self, problem, solved, goal: float) -> str:
         point = problem.points[solved.worst]
@@ -328,7 +261,7 @@ class Stepper:
             left = t - self.t
             h = left / max(1.0, np.ceil(left / self.most * (1.0 - 1e-9)))
             if self.thin:
-                self._place(self.t, self.q, self.u)
+                place(self.system, self.work, self.world, self.t, self.q, self.u)
                 h = self.touching.longest(self.work, h, h * h * self.lever * float(np.max(np.abs(self.a), initial=0.0)))
                 if h < SHORTEST * self.settings.step:
                     return (

@@ -11,8 +11,8 @@ import numpy as np
 from flexmb.model.model import Model
 from flexmb.results import Phase, RunFile, Solution, Status, floating_data
 from flexmb.results.memory import Memory
-from flexmb.results.run_file import FIELDS
 from flexmb.results.status import STORED
+from flexmb.results.written import FIELDS
 
 __all__ = ["Recorder", "joined_rows"]
 
