@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from flexmb.errors import DataFileError
 
@@ -23,6 +23,7 @@ __all__ = [
     "resolved",
     "text_of",
     "without_formulas",
+    "write_all",
     "write_text",
 ]
 
@@ -87,6 +88,13 @@ def write_text(
     ):
         stream.write(text)
     return Path(path)
+
+
+def write_all(stream: BinaryIO, data: bytes | memoryview) -> None:
+    """Write all of `data` to an unbuffered stream: near the end of the space a write may take a part only."""
+    done = 0
+    while done < len(data):
+        done += stream.write(data[done:]) or 0
 
 
 def without_formulas(cells: Iterable[Any]) -> list[Any]:

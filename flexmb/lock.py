@@ -91,9 +91,8 @@ class Lock:
         _held.discard(self.key)
         if os.name != "nt":  # removed while it is held: who opens it now looks whether it is still the same
             with contextlib.suppress(OSError):
-                place = place_of(
-                    self._stream.fileno(), self.file
-                )  # the folder may have got another name, or be another
+                # the folder may have got another name, or be another
+                place = place_of(self._stream.fileno(), self.file)
                 if place is not None:
                     place.unlink(missing_ok=True)
         self._stream.close()

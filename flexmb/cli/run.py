@@ -62,13 +62,13 @@ class Kept:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    kept = Kept()
+    said = Kept()
     try:
-        return _executed(arguments, kept)
+        return _executed(arguments, said)
     except (KeyboardInterrupt, SystemError, RuntimeError, ImportError) as error:
         if not caused_by_interrupt(error):
             raise
-        raise KeyboardInterrupt(kept.text) from None
+        raise KeyboardInterrupt(said.text) from None
 
 
 def _executed(arguments: argparse.Namespace, said: Kept) -> int:

@@ -43,9 +43,10 @@ class Unknown(NamedTuple):
     remedy: str
 
 
-def titles_of(model) -> dict[str, tuple[str, ...]]:
-    """Return the titles of the columns of a model's sensors, by sensor."""
-    return {sensor.name: tuple(map(str, sensor.columns(model))) for sensor in model.sensors}
+def titles_of(model, sensors: Sequence[Any] | None = None) -> dict[str, tuple[str, ...]]:
+    """Return the titles of the columns of a model's sensors, all or these, by sensor."""
+    asked = model.sensors if sensors is None else sensors
+    return {sensor.name: tuple(map(str, sensor.columns(model))) for sensor in asked}
 
 
 def sensor_columns(titles: Mapping[str, Sequence[str]]) -> dict[str, tuple[SensorColumn, ...]]:
@@ -104,8 +105,8 @@ def found_in(model, name: str) -> tuple[Any, int | None] | None:
     if not isinstance(name, str) or name in sensors:
         return (sensors[name], None) if isinstance(name, str) else None
     # columns of others are not asked: they may fail
-    of = [own for own in sensors if name.startswith((f"{own} ", f"{own}: "))]
-    known = sensor_columns({own: tuple(map(str, sensors[own].columns(model))) for own in of})
+    of = [sensor for own, sensor in sensors.items() if name.startswith((f"{own} ", f"{own}: "))]
+    known = sensor_columns(titles_of(model, of))
     columns = columns_named(name, known)
     if len(columns) == 1:
         return sensors[columns[0].sensor], columns[0].number
@@ -118,7 +119,7 @@ def not_found_in(model, name: str) -> Unknown:
     of = next((sensor for sensor in model.sensors if str(name).startswith(f"{sensor.name} ")), None)
     found = f"sensor '{name}' does not exist"
     if of is not None:
-        own = [c.name for c in sensor_columns({of.name: tuple(map(str, of.columns(model)))})[of.name]]
+        own = [c.name for c in sensor_columns(titles_of(model, [of]))[of.name]]
         return Unknown(found, f"The columns of '{of.name}': {listed(name, own)}", did_you_mean(name, own))
     return Unknown(found, f"The model has: {listed(name, known) if known else 'no sensors'}", did_you_mean(name, known))
 

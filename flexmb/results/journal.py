@@ -28,6 +28,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from flexmb import hdf5
+from flexmb.files import write_all
 from flexmb.whereabouts import place_of
 
 __all__ = ["Journal", "Record", "records"]
@@ -161,14 +162,12 @@ class Journal:
             start += 8 * x.size
         head = _HEAD.pack(_MARK, kind.encode(), len(whole) - _HEAD.size, zlib.crc32(whole[_HEAD.size :]), 0)[:-4]
         whole[: _HEAD.size] = head + zlib.crc32(head).to_bytes(4, "little")
-        done = 0
         if time.monotonic() - self._synced > SYNC:
             os.fsync(self._stream.fileno())
             self._synced = time.monotonic()
         try:
             self._stream.seek(self._end)
-            while done < len(whole):  # near the end of the space a write may take a part only
-                done += self._stream.write(whole[done:]) or 0
+            write_all(self._stream, whole)
         except OSError:
             with contextlib.suppress(OSError):
                 self._stream.truncate(self._end)

@@ -169,7 +169,8 @@ class Solution:
         if key not in self._known:
             own = [_sensor(phase.model, key) for phase in self.phases]
             if not any(own) and not any(key in phase.tables for phase in self.phases):
-                columns = columns_named(key, self.sensor_columns)
+                known = self.sensor_columns
+                columns = columns_named(key, known)
                 if columns:
                     own_columns = self[columns[0].sensor].reshape(len(self.t), -1)[:, [one.number for one in columns]]
                     self._known[key] = own_columns[:, 0] if len(columns) == 1 else own_columns
@@ -178,7 +179,7 @@ class Solution:
                     "Solution",
                     found=f"sensor '{key}' does not exist",
                     expected=f"One of: {listed(key, self.sensor_names)}",
-                    remedy=_instead(self.model, key, self.sensor_names, self.sensor_columns),
+                    remedy=_instead(self.model, key, self.sensor_names, known),
                 )
             self._known[key] = self._values(key, own, stored=True)
             self._tell_of_shared(key, own)

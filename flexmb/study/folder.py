@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from flexmb.errors import DataFileError
-from flexmb.files import complaints, remove_parts, text_of, write_text
+from flexmb.files import complaints, remove_parts, text_of, write_all, write_text
 from flexmb.lock import Lock
 from flexmb.study.plan import Plan
 from flexmb.study.table import Results, Row, read_row
@@ -202,9 +202,7 @@ class StudyFolder:
 
 
 def _add_line(stream: BinaryIO, row: Row) -> None:
-    line, done = (json.dumps(row.plain()) + "\n").encode(), 0
-    while done < len(line):  # near the end of the space a write may take a part only
-        done += stream.write(line[done:]) or 0
+    write_all(stream, (json.dumps(row.plain()) + "\n").encode())
 
 
 def _difference(name: str, stored: Mapping[str, Any], now: Mapping[str, Any]) -> str:
