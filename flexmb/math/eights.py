@@ -54,13 +54,17 @@ class _EightModel(models.PrimitiveModel):
         super().__init__(manager, kind, code.VectorType(code.DoubleType(), WIDTH))
 
 
+def _places(wanted: Any, bits: int = 32) -> Any:
+    """Return places among eight numbers, or among twice as many, as a constant."""
+    return code.Constant(code.VectorType(code.IntType(bits), len(wanted)), list(wanted))
+
+
 def _spread(builder: Any, number: Any) -> Any:
     """Return eight times the same number."""
     number_of = code.VectorType(number.type, WIDTH)
     empty = code.Constant(number_of, code.Undefined)
     first = builder.insert_element(empty, number, code.Constant(code.IntType(32), 0))
-    zeros = code.Constant(code.VectorType(code.IntType(32), WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(first, empty, zeros)
+    return builder.shuffle_vector(first, empty, _places([0] * WIDTH))
 
 
 def _factor(context: Any, builder: Any, kind: Any, value: Any) -> Any:
@@ -126,8 +130,7 @@ def part(typing_context, array, index, count):
     def generate(context, builder, signature, values):
         address = _address(context, builder, signature.args[:2], values[:2])
         whole = context.cast(builder, values[2], signature.args[2], types.int64)
-        places = code.Constant(code.VectorType(code.IntType(64), WIDTH), list(range(WIDTH)))
-        mask = builder.icmp_signed("<", places, _spread(builder, whole))
+        mask = builder.icmp_signed("<", _places(range(WIDTH), 64), _spread(builder, whole))
         eight = code.VectorType(code.DoubleType(), WIDTH)
         kind = code.FunctionType(eight, [address.type, code.IntType(32), mask.type, eight])
         masked = cgutils.get_or_insert_function(builder.module, kind, "llvm.masked.load.v8f64.p0")
@@ -167,26 +170,26 @@ def plus(typing_context, a, b):
     return EIGHT(a, b), generate
 
 
+def _with_product(operation: str):
+    """Return the code of a sum or difference, as the builder calls it, of a and x b."""
+
+    def generate(context, builder, signature, values):
+        product = builder.fmul(_factor(context, builder, signature.args[1], values[1]), values[2])
+        return getattr(builder, operation)(values[0], product)
+
+    return generate
+
+
 @intrinsic
 def more(typing_context, a, x, b):
     """Return a + x b; x is one number or eight."""
-
-    def generate(context, builder, signature, values):
-        factor = _factor(context, builder, signature.args[1], values[1])
-        return builder.fadd(values[0], builder.fmul(factor, values[2]))
-
-    return EIGHT(a, x, b), generate
+    return EIGHT(a, x, b), _with_product("fadd")
 
 
 @intrinsic
 def less(typing_context, a, x, b):
     """Return a - x b; x is one number or eight."""
-
-    def generate(context, builder, signature, values):
-        factor = _factor(context, builder, signature.args[1], values[1])
-        return builder.fsub(values[0], builder.fmul(factor, values[2]))
-
-    return EIGHT(a, x, b), generate
+    return EIGHT(a, x, b), _with_product("fsub")
 
 
 @intrinsic
@@ -206,8 +209,7 @@ def only_after(typing_context, a, before, place):
 
     def generate(context, builder, signature, values):
         whole = context.cast(builder, values[2], signature.args[2], types.int64)
-        places = code.Constant(code.VectorType(code.IntType(64), WIDTH), list(range(WIDTH)))
-        behind = builder.icmp_signed(">", places, _spread(builder, whole))
+        behind = builder.icmp_signed(">", _places(range(WIDTH), 64), _spread(builder, whole))
         return builder.select(behind, values[0], values[1])
 
     return EIGHT(a, before, place), generate
@@ -220,8 +222,7 @@ def crossing(*places: int):
 
     def gathered(typing_context, a, b):
         def generate(context, builder, signature, values):
-            wanted = code.Constant(code.VectorType(code.IntType(32), WIDTH), list(places))
-            return builder.shuffle_vector(*values, wanted)
+            return builder.shuffle_vector(*values, _places(places))
 
         return EIGHT(a, b), generate
 
@@ -243,7 +244,7 @@ def keep_columns(typing_context, array, first, a, b, c, d, e, f, g, h):
     def generate(context, builder, signature, values):
         rows = list(values[2:])
         for size, wanted in ((1, PAIRS), (2, FOURS), (4, HALVES)):
-            low, high = (code.Constant(code.VectorType(code.IntType(32), WIDTH), list(one)) for one in wanted)
+            low, high = map(_places, wanted)
             for k in range(WIDTH):
                 if k & size == 0:
                     one, other = rows[k], rows[k + size]
@@ -266,7 +267,7 @@ def totals(typing_context, a, b, c, d, e, f, g, h):
     def generate(context, builder, signature, values):
         rows = list(values)
         for wanted in (PAIRS, FOURS, HALVES):
-            low, high = (code.Constant(code.VectorType(code.IntType(32), WIDTH), list(one)) for one in wanted)
+            low, high = map(_places, wanted)
             rows = [
                 builder.fadd(builder.shuffle_vector(one, other, low), builder.shuffle_vector(one, other, high))
                 for one, other in zip(rows[::2], rows[1::2], strict=True)
@@ -284,9 +285,8 @@ def total(typing_context, a):
         found, size = values[0], WIDTH
         while size > 1:
             size //= 2
-            kind = code.VectorType(code.IntType(32), size)
-            low, high = (code.Constant(kind, list(range(first, first + size))) for first in (0, size))
-            low, high = (builder.shuffle_vector(found, found, half) for half in (low, high))
+            halves = _places(range(size)), _places(range(size, 2 * size))
+            low, high = (builder.shuffle_vector(found, found, half) for half in halves)
             found = builder.fadd(low, high)
         return builder.extract_element(found, code.Constant(code.IntType(32), 0))
 

@@ -5,9 +5,10 @@ Blocks ``[P, B; L, K]`` as in `own_terms`; theory, eq. (bend-out).
 
 from __future__ import annotations
 
-from flexmb.math.eights import WIDTH, keep, less, more, only_after, plus, put, read, times
+from flexmb.math.eights import WIDTH, keep, less, more, only_after, put, read, times
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.flexible.inertia import filled
+from flexmb.tree.flexible.six_rows import add_six, keep_six, read_six
 
 __all__ = ["add_links", "eliminate", "hang", "stiffened_columns"]
 
@@ -54,28 +55,16 @@ def _more_columns(x, E, j, a, b, c, d, e, f):
 @kernel
 def add_links(E, loaded, A, m, P, K, L, B):
     """Add inertia and force A (6, 8) of what a place carries, moved to the frame, to the body's."""
-    a, b, c = read(A, (0, 0)), read(A, (1, 0)), read(A, (2, 0))
-    d, e, f = read(A, (3, 0)), read(A, (4, 0)), read(A, (5, 0))
-    keep(P, (0, 0), plus(read(P, (0, 0)), a))
-    keep(P, (1, 0), plus(read(P, (1, 0)), b))
-    keep(P, (2, 0), plus(read(P, (2, 0)), c))
-    keep(P, (3, 0), plus(read(P, (3, 0)), d))
-    keep(P, (4, 0), plus(read(P, (4, 0)), e))
-    keep(P, (5, 0), plus(read(P, (5, 0)), f))
+    a, b, c, d, e, f = read_six(A, 0)
+    add_six(P, 0, a, b, c, d, e, f)
     for j in range(m):
         keep(L, (j, 0), _more_columns(read(L, (j, 0)), loaded, j, a, b, c, d, e, f))
     for at in range(0, m, WIDTH):
-        p, q, r = read(E, (0, at)), read(E, (1, at)), read(E, (2, at))
-        x, y, z = read(E, (3, at)), read(E, (4, at)), read(E, (5, at))
+        p, q, r, x, y, z = read_six(E, at)
         a, b = _products(A, 0, p, q, r, x, y, z), _products(A, 1, p, q, r, x, y, z)
         c, d = _products(A, 2, p, q, r, x, y, z), _products(A, 3, p, q, r, x, y, z)
         e, f = _products(A, 4, p, q, r, x, y, z), _products(A, 5, p, q, r, x, y, z)
-        keep(B, (0, at), plus(read(B, (0, at)), a))
-        keep(B, (1, at), plus(read(B, (1, at)), b))
-        keep(B, (2, at), plus(read(B, (2, at)), c))
-        keep(B, (3, at), plus(read(B, (3, at)), d))
-        keep(B, (4, at), plus(read(B, (4, at)), e))
-        keep(B, (5, at), plus(read(B, (5, at)), f))
+        add_six(B, at, a, b, c, d, e, f)
         for j in range(m):
             keep(K, (j, at), _more_columns(read(K, (j, at)), loaded, j, a, b, c, d, e, f))
 
@@ -84,25 +73,18 @@ def add_links(E, loaded, A, m, P, K, L, B):
 def hang(E, loaded, m, P, K, L, B):
     """Go from the rate of the frame to the rate of the own marker, moved to the frame: V_frame = V - E eta''."""
     for at in range(0, m, WIDTH):
-        p, q, r = read(E, (0, at)), read(E, (1, at)), read(E, (2, at))
-        x, y, z = read(E, (3, at)), read(E, (4, at)), read(E, (5, at))
+        p, q, r, x, y, z = read_six(E, at)
         a = less(read(B, (0, at)), 1.0, _products(P, 0, p, q, r, x, y, z))
         b = less(read(B, (1, at)), 1.0, _products(P, 1, p, q, r, x, y, z))
         c = less(read(B, (2, at)), 1.0, _products(P, 2, p, q, r, x, y, z))
         d = less(read(B, (3, at)), 1.0, _products(P, 3, p, q, r, x, y, z))
         e = less(read(B, (4, at)), 1.0, _products(P, 4, p, q, r, x, y, z))
         f = less(read(B, (5, at)), 1.0, _products(P, 5, p, q, r, x, y, z))
-        keep(B, (0, at), a)
-        keep(B, (1, at), b)
-        keep(B, (2, at), c)
-        keep(B, (3, at), d)
-        keep(B, (4, at), e)
-        keep(B, (5, at), f)
+        keep_six(B, at, a, b, c, d, e, f)
         for j in range(m):
             own = less(read(K, (j, at)), 1.0, _products(L, j, p, q, r, x, y, z))
             keep(K, (j, at), _less_columns(own, loaded, j, a, b, c, d, e, f))
-    a, b, c = read(P, (0, 0)), read(P, (1, 0)), read(P, (2, 0))
-    d, e, f = read(P, (3, 0)), read(P, (4, 0)), read(P, (5, 0))
+    a, b, c, d, e, f = read_six(P, 0)
     for j in range(m):
         keep(L, (j, 0), _less_columns(read(L, (j, 0)), loaded, j, a, b, c, d, e, f))
 

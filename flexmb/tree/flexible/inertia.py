@@ -20,6 +20,7 @@ from flexmb.math.eights import (
     totals,
 )
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.tree.flexible.six_rows import keep_six
 
 __all__ = ["filled", "own_terms"]
 
@@ -57,6 +58,13 @@ def _sum_rows(x, at, c, first, eights, n, out):
 
 
 @inner_kernel
+def _inertia_and_rate(x, y, eta, rate, bent, own):
+    """Return x and y with what eight modes add to a number of the inertia and to its rate."""
+    both = plus(bent, own)
+    return more(x, eta, both), more(y, rate, plus(bent, both))
+
+
+@inner_kernel
 def _totals(x, v, body, c, ww1, vn, by_shape, by_rate, sums):
     """Write what the modes add to inertia, its rate, momentum and spin of the frame to sums (24,).
 
@@ -71,24 +79,12 @@ def _totals(x, v, body, c, ww1, vn, by_shape, by_rate, sums):
     w, y, z, loss = zero, zero, zero, zero
     for at in range(0, size, WIDTH):
         eta, rate = part(x, body.coordinate + at, m - at), part(v, body.rate + at, m - at)
-        bent, own = read(by_shape, at), read(c, ww1 + at)
-        both = plus(bent, own)
-        a, h = more(a, eta, both), more(h, rate, plus(bent, both))
-        bent, own = read(by_shape, size + at), read(c, ww1 + size + at)
-        both = plus(bent, own)
-        b, i = more(b, eta, both), more(i, rate, plus(bent, both))
-        bent, own = read(by_shape, 2 * size + at), read(c, ww1 + 2 * size + at)
-        both = plus(bent, own)
-        d, j = more(d, eta, both), more(j, rate, plus(bent, both))
-        bent, own = read(by_shape, 3 * size + at), read(c, ww1 + 3 * size + at)
-        both = plus(bent, own)
-        e, k = more(e, eta, both), more(k, rate, plus(bent, both))
-        bent, own = read(by_shape, 4 * size + at), read(c, ww1 + 4 * size + at)
-        both = plus(bent, own)
-        f, n = more(f, eta, both), more(n, rate, plus(bent, both))
-        bent, own = read(by_shape, 5 * size + at), read(c, ww1 + 5 * size + at)
-        both = plus(bent, own)
-        g, o = more(g, eta, both), more(o, rate, plus(bent, both))
+        a, h = _inertia_and_rate(a, h, eta, rate, read(by_shape, at), read(c, ww1 + at))
+        b, i = _inertia_and_rate(b, i, eta, rate, read(by_shape, size + at), read(c, ww1 + size + at))
+        d, j = _inertia_and_rate(d, j, eta, rate, read(by_shape, 2 * size + at), read(c, ww1 + 2 * size + at))
+        e, k = _inertia_and_rate(e, k, eta, rate, read(by_shape, 3 * size + at), read(c, ww1 + 3 * size + at))
+        f, n = _inertia_and_rate(f, n, eta, rate, read(by_shape, 4 * size + at), read(c, ww1 + 4 * size + at))
+        g, o = _inertia_and_rate(g, o, eta, rate, read(by_shape, 5 * size + at), read(c, ww1 + 5 * size + at))
         p = more(p, rate, read(c, vn + at))
         q = more(q, rate, read(c, vn + size + at))
         r = more(r, rate, read(c, vn + 2 * size + at))
@@ -208,12 +204,7 @@ def _modal_rows(V, body, c, fixed, g, by_shape, by_rate, L, B):
         h = _modal_force(V, size, at, c, ww1, vw1, by_shape, by_rate)
         d, e, f = read(by_shape, 6 * size + at), read(by_shape, 7 * size + at), read(by_shape, 8 * size + at)
         p, q, r = read(c, vn + at), read(c, vn + size + at), read(c, vn + 2 * size + at)
-        keep(B, (0, at), d)
-        keep(B, (1, at), e)
-        keep(B, (2, at), f)
-        keep(B, (3, at), p)
-        keep(B, (4, at), q)
-        keep(B, (5, at), r)
+        keep_six(B, at, d, e, f, p, q, r)
         if body.by_inertia > 0:
             h = plus(h, _stiffened_force(V, size, g, at))
             d = plus(d, less(read(g, 10 * size + at), 1.0, read(g, 8 * size + at)))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from flexmb.math.eights import crossing, keep, less, more, part, plus, put, read, same, times, totals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.blocks import factor_block, solve_block
+from flexmb.tree.flexible.six_rows import add_six, keep_six, read_six
 from flexmb.tree.rigid.places import BALL, FIXED, FRAME, SINGLE, carry, reach_axes, read_axes
 
 __all__ = ["add_own", "clear_wide", "force_with_bias", "give_wide", "move_wide", "open_wide"]
@@ -31,12 +32,8 @@ _LOW_0, _LOW_1, _LOW_2 = (
 def add_own(row, P):
     """Add the symmetric part of an inertia, its own and of rigid links on it, to the rest P (6, 8)."""
     J, M, H, last = part(row.J, 0, 6), part(row.M, 0, 6), read(row.H, (0, 0)), row.H[2, 2]
-    keep(P, (0, 0), plus(read(P, (0, 0)), _UP_0(J, H)))
-    keep(P, (1, 0), plus(read(P, (1, 0)), _UP_1(J, H)))
-    keep(P, (2, 0), plus(read(P, (2, 0)), put(_UP_2(J, H), 5, last)))
-    keep(P, (3, 0), plus(read(P, (3, 0)), _LOW_0(M, H)))
-    keep(P, (4, 0), plus(read(P, (4, 0)), _LOW_1(M, H)))
-    keep(P, (5, 0), plus(read(P, (5, 0)), put(_LOW_2(M, H), 2, last)))
+    up, low = put(_UP_2(J, H), 5, last), put(_LOW_2(M, H), 2, last)
+    add_six(P, 0, _UP_0(J, H), _UP_1(J, H), up, _LOW_0(M, H), _LOW_1(M, H), low)
 
 
 _COLUMN_0, _COLUMN_1, _COLUMN_2 = (
@@ -75,29 +72,33 @@ def moved(row, P, force, out):
     following, before = _NEXT(arm, arm), _BEFORE(arm, arm)
     whole, last = read(R, (0, 0)), put(zero, 0, R[2, 2])
     A, B, C = _COLUMN_0(whole, put(zero, 6, 1.0)), _COLUMN_1(whole, zero), _COLUMN_2(whole, last)
-    a, b, c = put(read(P, (0, 0)), 6, force[0]), put(read(P, (1, 0)), 6, force[1]), put(read(P, (2, 0)), 6, force[2])
-    d, e, f = put(read(P, (3, 0)), 6, force[3]), put(read(P, (4, 0)), 6, force[4]), put(read(P, (5, 0)), 6, force[5])
+    a, b, c, d, e, f = read_six(P, 0)
+    a, b, c = put(a, 6, force[0]), put(b, 6, force[1]), put(c, 6, force[2])
+    d, e, f = put(d, 6, force[3]), put(e, 6, force[4]), put(f, 6, force[5])
     g = more(more(times(R[0, 0], a), R[0, 1], b), R[0, 2], c)
     h = more(more(times(R[1, 0], a), R[1, 1], b), R[1, 2], c)
     k = more(more(times(R[2, 0], a), R[2, 1], b), R[2, 2], c)
     a = more(more(times(R[0, 0], d), R[0, 1], e), R[0, 2], f)
     b = more(more(times(R[1, 0], d), R[1, 1], e), R[1, 2], f)
     c = more(more(times(R[2, 0], d), R[2, 1], e), R[2, 2], f)
-    keep(out, (0, 0), _moved_row(less(more(g, y, c), z, b), A, B, C, following, before))
-    keep(out, (1, 0), _moved_row(less(more(h, z, a), x, c), A, B, C, following, before))
-    keep(out, (2, 0), _moved_row(less(more(k, x, b), y, a), A, B, C, following, before))
-    keep(out, (3, 0), _moved_row(a, A, B, C, following, before))
-    keep(out, (4, 0), _moved_row(b, A, B, C, following, before))
-    keep(out, (5, 0), _moved_row(c, A, B, C, following, before))
+    keep_six(
+        out,
+        0,
+        _moved_row(less(more(g, y, c), z, b), A, B, C, following, before),
+        _moved_row(less(more(h, z, a), x, c), A, B, C, following, before),
+        _moved_row(less(more(k, x, b), y, a), A, B, C, following, before),
+        _moved_row(a, A, B, C, following, before),
+        _moved_row(b, A, B, C, following, before),
+        _moved_row(c, A, B, C, following, before),
+    )
 
 
 @kernel
 def force_with_bias(row, P, sums):
     """Add P c to the force; sums (8,) is scratch."""
     c, zero = part(row.bias, 0, 6), same(0.0)
-    a, b, d = times(c, read(P, (0, 0))), times(c, read(P, (1, 0))), times(c, read(P, (2, 0)))
-    e, f, g = times(c, read(P, (3, 0))), times(c, read(P, (4, 0))), times(c, read(P, (5, 0)))
-    keep(sums, 0, totals(a, b, d, e, f, g, zero, zero))
+    p, q, r, x, y, z = read_six(P, 0)
+    keep(sums, 0, totals(times(c, p), times(c, q), times(c, r), times(c, x), times(c, y), times(c, z), zero, zero))
     for i in range(6):
         row.force[i] += sums[i]
 
