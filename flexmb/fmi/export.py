@@ -81,38 +81,15 @@ def write_fmu(
     Source: FMI 3.0.1, sections 2.4 and 4.
     """
     path = Path(path)
-    if version not in (2, 3):
-        raise ModelError("FMU", found=f"version = {version!r}", expected="3 or 2", remedy="Write version=3")
-    if path.suffix != ".fmu" or not path.stem.isidentifier() or not path.stem.isascii():
-        raise ModelError(
-            "FMU",
-            found=f"the file name '{path.name}'",
-            expected="an identifier and .fmu, as 'four_bar.fmu': it names the unit and its functions",
-            remedy="Use letters, digits and underscores",
-        )
-    inputs, outputs = ports(model)
+    _require_file_name(path, version)
     places, changing = parameters or {}, tunable or {}
-    known = [*start_values(model, places), *start_values(model, changing)]
-    names = [*inputs, *outputs, *(variable_name(name) for name in known)]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ModelError(
-            "FMU",
-            found=f"several variables of the name '{twice[0]}'",
-            expected="inputs and sensors of different names",
-            remedy="Rename the input or the sensor",
-        )
+    _require_different_names(model, places, changing)
     builder, package, options = _builder(version)
     settings = Simulation(t_end=1.0) if settings is None else settings
     with tempfile.TemporaryDirectory(prefix="flexmb_fmu_") as folder:
         parts, made = Path(folder) / "parts", Path(folder) / "made"
         save_model(model, parts / MODEL_FILE, settings)  # says what a file cannot hold
-        if places:
-            write_places(parts, places)
-        if changing:
-            write_places(parts, changing, TUNABLE_FILE)
-        if plant is not None:
-            write_plant(plant, parts / PLANT_FILE)
+        _write_beside(parts, places, changing, plant)
         script = Path(folder) / f"{path.stem}_fmi{version}.py"
         words = {"package": package, "slave": f"Fmi{version}Slave", "motion": f"Fmi{version}Motion", "name": path.stem}
         script.write_text(SCRIPT.format(**words), encoding="utf-8")
@@ -125,6 +102,44 @@ def write_fmu(
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(built)
     return path
+
+
+def _require_file_name(path: Path, version: int) -> None:
+    """Raise ModelError unless a unit of this version may have this name."""
+    if version not in (2, 3):
+        raise ModelError("FMU", found=f"version = {version!r}", expected="3 or 2", remedy="Write version=3")
+    if path.suffix != ".fmu" or not path.stem.isidentifier() or not path.stem.isascii():
+        raise ModelError(
+            "FMU",
+            found=f"the file name '{path.name}'",
+            expected="an identifier and .fmu, as 'four_bar.fmu': it names the unit and its functions",
+            remedy="Use letters, digits and underscores",
+        )
+
+
+def _require_different_names(model: Model, places: Mapping[str, str], changing: Mapping[str, str]) -> None:
+    """Raise ModelError where variables of a unit have the same name, or a place is none of the model."""
+    inputs, outputs = ports(model)
+    known = [*start_values(model, places), *start_values(model, changing)]
+    names = [*inputs, *outputs, *(variable_name(name) for name in known)]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ModelError(
+            "FMU",
+            found=f"several variables of the name '{twice[0]}'",
+            expected="inputs and sensors of different names",
+            remedy="Rename the input or the sensor",
+        )
+
+
+def _write_beside(folder: Path, places: Mapping[str, str], changing: Mapping[str, str], plant: Plant | None) -> None:
+    """Write what a unit holds beside its model: where its parameters are in it, and a linearisation."""
+    if places:
+        write_places(folder, places)
+    if changing:
+        write_places(folder, changing, TUNABLE_FILE)
+    if plant is not None:
+        write_plant(plant, folder / PLANT_FILE)
 
 
 def _builder(version: int) -> tuple[Any, str, dict[str, bool]]:

@@ -35,6 +35,12 @@ def _grouped(items: list[tuple[Table, tuple]]) -> tuple[list[Table], list[np.nda
     return [t for t, _ in tables.values()], [np.array(rows, t.row) for t, rows in tables.values()]
 
 
+def _append(grouped: tuple[list, list], more: tuple[list, list]) -> None:
+    """Append tables and their record arrays to others."""
+    for own, others in zip(grouped, more, strict=True):
+        own += others
+
+
 def _body_rows(model: Model, compiler: ModelCompiler, layout: Layout):
     items = []
     for k, body in enumerate(model.bodies):
@@ -139,6 +145,12 @@ def _markers(compiler: ModelCompiler, layout: Layout) -> tuple[np.ndarray, int]:
     return markers, int(6 * np.sum(nu))
 
 
+def _markers_of_bodies(compiler: ModelCompiler) -> dict[str, int]:
+    """Return the numbers of the markers by name, without those of groups of states."""
+    n_bodies = len(compiler.model.bodies)
+    return {name: k for name, k in compiler.marker_index.items() if compiler.marker_body[k] < n_bodies}
+
+
 def _table_bytes(arrays: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Return all record arrays as one byte array, each beginning at a multiple of 64, and their bounds."""
     raw = np.concatenate([*(a.view(np.uint8).ravel() for a in arrays), np.zeros(0, np.uint8)])
@@ -197,8 +209,7 @@ def compile(model: Model) -> System:
     force_tables, force_rows = _grouped(_force_items(model, compiler))
     layout.append(compiler.states.values())
     for more in (_state_rows(compiler, layout), _grouped(combination_rows(compiler, layout))):
-        for own, others_of_it in zip((body_tables, body_rows), more, strict=True):
-            own += others_of_it
+        _append((body_tables, body_rows), more)
     markers, size_J = _markers(compiler, layout)
     size_J += compiler.loops.size
     for body in model.bodies:
@@ -225,9 +236,7 @@ def compile(model: Model) -> System:
         n_pairs=n_pairs,
         size_H=compiler.size_H,
         tables={"markers": markers, **tables},
-        marker_index={
-            name: k for name, k in compiler.marker_index.items() if compiler.marker_body[k] < len(model.bodies)
-        },
+        marker_index=_markers_of_bodies(compiler),
         joint_index={j.name: k for k, j in enumerate(model.joints)},
         force_index={f.name: k for k, f in enumerate(model.forces)},
         equation_names=tuple(constraints.names),

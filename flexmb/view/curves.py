@@ -83,27 +83,41 @@ def svg_curves(
             ax.set_ylim(*ordinates)
         else:
             widen(ax, least_range(unit_in(y_label), largest_of(line.y for line in lines), length))
-        ax.grid(True, color=PALE, lw=0.6)
-        ax.tick_params(colors=INK, length=3)
-        for side, spine in ax.spines.items():
-            spine.set_visible(side in ("left", "bottom"))
-            spine.set_color("#b5bfc9")
+        _dress(ax)
         if any(line.label for line in lines):
-            ax.legend(
-                loc="lower left",
-                bbox_to_anchor=(0.0, 1.0),
-                ncols=max(1, min(4, 80 // (6 + max(len(line.label) for line in lines)))),
-                frameon=False,
-                fontsize=8,
-                labelcolor=INK,
-                handlelength=1.6,
-                columnspacing=1.2,
-                borderaxespad=0.2,
-            )
+            _add_legend(ax, max(len(line.label) for line in lines))
         factors_in_labels(figure)
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None}, transparent=True)
-    svg = text.getvalue()
+    return _element(text.getvalue())
+
+
+def _dress(ax) -> None:
+    """Give axes a grid and two pale spines."""
+    ax.grid(True, color=PALE, lw=0.6)
+    ax.tick_params(colors=INK, length=3)
+    for side, spine in ax.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set_color("#b5bfc9")
+
+
+def _add_legend(ax, longest: int) -> None:
+    """Put the legend above the axes, in as many columns as labels of up to `longest` letters leave room for."""
+    ax.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=max(1, min(4, 80 // (6 + longest))),
+        frameon=False,
+        fontsize=8,
+        labelcolor=INK,
+        handlelength=1.6,
+        columnspacing=1.2,
+        borderaxespad=0.2,
+    )
+
+
+def _element(svg: str) -> str:
+    """Return the element of an SVG file, without metadata and a size of its own, in the font of the page."""
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
     svg = re.sub(r"'DejaVu Sans'[^;\"]*", "system-ui, sans-serif", svg)

@@ -67,33 +67,9 @@ def solid(mesh: Mesh, material=None, *, lumped: bool = False, elements: Mapping[
     check_kind(mesh, Mesh, "fem.solid", "Read one with fem.read_mesh('part.msh')", MeshError)
     part = f"Mesh '{mesh.name}'"
     kinds = {**SOLID_ELEMENTS, **(elements or {})}
-    if not any(DIMENSION[cell_type] == 3 and len(cells) for cell_type, cells in mesh.cells):
-        found = ", ".join(f"{len(cells)} {cell_type}" for cell_type, cells in mesh.cells) or "no cells at all"
-        raise MeshError(
-            part,
-            found=f"no solid cells, but {found}",
-            expected="tetrahedra, hexahedra or wedges",
-            remedy="Save the volume group too, or use fem.shell or fem.frame",
-        )
+    _check_solid_cells(part, mesh)
     mesh = mesh.without_unused_nodes()
-    blocks = []
-    for number, (cell_type, connectivity) in enumerate(mesh.cells):
-        if DIMENSION[cell_type] < 3 or not len(connectivity):
-            continue
-        element = kinds[cell_type]
-        _check_each_once(part, cell_type, connectivity)
-        cells = _right_handed(part, mesh.points, connectivity, element)
-        for given, rows in _materials(part, mesh, material, number, len(cells)):
-            warn_about_material(part, float(np.max(np.diag(given.elasticity))), float(given.density))
-            blocks.append(
-                SolidBlock(
-                    element=element,
-                    nodes=mesh.points,
-                    connectivity=cells[rows],
-                    elasticity=given.elasticity,
-                    density=float(given.density),
-                )
-            )
+    blocks = _blocks(part, mesh, material, kinds)
     _warn_about_elements(part, blocks)
     n = len(mesh.points)
     pattern = node_pattern(n, [block.connectivity for block in blocks])
@@ -118,6 +94,41 @@ def solid(mesh: Mesh, material=None, *, lumped: bool = False, elements: Mapping[
         name=mesh.name,
         numbering=mesh.numbering,
     )
+
+
+def _check_solid_cells(part: str, mesh: Mesh) -> None:
+    """Raise MeshError unless the mesh has solid cells."""
+    if not any(DIMENSION[cell_type] == 3 and len(cells) for cell_type, cells in mesh.cells):
+        found = ", ".join(f"{len(cells)} {cell_type}" for cell_type, cells in mesh.cells) or "no cells at all"
+        raise MeshError(
+            part,
+            found=f"no solid cells, but {found}",
+            expected="tetrahedra, hexahedra or wedges",
+            remedy="Save the volume group too, or use fem.shell or fem.frame",
+        )
+
+
+def _blocks(part: str, mesh: Mesh, material, kinds: Mapping[str, SolidElement]) -> list[SolidBlock]:
+    """Return the solid cells by type and material, checked and numbered right-handed."""
+    blocks = []
+    for number, (cell_type, connectivity) in enumerate(mesh.cells):
+        if DIMENSION[cell_type] < 3 or not len(connectivity):
+            continue
+        element = kinds[cell_type]
+        _check_each_once(part, cell_type, connectivity)
+        cells = _right_handed(part, mesh.points, connectivity, element)
+        for given, rows in _materials(part, mesh, material, number, len(cells)):
+            warn_about_material(part, float(np.max(np.diag(given.elasticity))), float(given.density))
+            blocks.append(
+                SolidBlock(
+                    element=element,
+                    nodes=mesh.points,
+                    connectivity=cells[rows],
+                    elasticity=given.elasticity,
+                    density=float(given.density),
+                )
+            )
+    return blocks
 
 
 def _right_handed(part: str, points: np.ndarray, connectivity: np.ndarray, element: SolidElement) -> np.ndarray:
