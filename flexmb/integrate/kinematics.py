@@ -107,6 +107,43 @@ def _followed(system, start: State, times: np.ndarray, rows: dict[str, np.ndarra
     return reached, False, work
 
 
+def _require_no_freedoms(model: Model, system) -> None:
+    """Raise CompileError if freedoms are left that no drive determines."""
+    free = system.nu - system.ng + len(system.redundant)
+    if free:
+        flexible = [b.name for b in model.bodies if b.has_frame and b.n_vector]
+        raise CompileError(
+            f"Model '{model.name}'",
+            found=f"{free} freedoms that no drive determines",
+            expected="mobility 0 for kinematics",
+            remedy=f"Set rigid=True on {', '.join(flexible)}"
+            if flexible
+            else "Add drives, or use simulate for free motions",
+        )
+
+
+def _empty_rows(system, nt: int) -> dict[str, Any]:
+    """Return the arrays of `nt` samples, to be filled."""
+    return {
+        "q": np.zeros((nt, system.nq)),
+        "u": np.zeros((nt, system.nu)),
+        "a": np.zeros((nt, system.nu)),
+        "lam": np.zeros((nt, system.ng)),
+        "works": np.zeros((nt, 3)),
+    }
+
+
+def _require_start(model: Model, reached: int) -> None:
+    """Raise CompileError unless at least the first sample is reached."""
+    if reached == 0:
+        raise CompileError(
+            f"Model '{model.name}'",
+            found="the start does not satisfy the constraints",
+            expected="an assembled start",
+            remedy="Look at flexmb.check(model)",
+        )
+
+
 def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float = 0.0) -> Solution:
     """Compute positions, velocities, accelerations and reactions of a mechanism whose drives determine its motion.
 
@@ -136,34 +173,12 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     refuse_states(system, "kinematics")
     refuse_holds(system, "kinematics")
     jumps = require_no_jumps(system, start, float(times[-1]))
-    free = system.nu - system.ng + len(system.redundant)
-    if free:
-        flexible = [b.name for b in model.bodies if b.has_frame and b.n_vector]
-        raise CompileError(
-            f"Model '{model.name}'",
-            found=f"{free} freedoms that no drive determines",
-            expected="mobility 0 for kinematics",
-            remedy=f"Set rigid=True on {', '.join(flexible)}"
-            if flexible
-            else "Add drives, or use simulate for free motions",
-        )
-    nt, nu, ng = len(times), system.nu, system.ng
-    rows: dict[str, Any] = {
-        "q": np.zeros((nt, system.nq)),
-        "u": np.zeros((nt, nu)),
-        "a": np.zeros((nt, nu)),
-        "lam": np.zeros((nt, ng)),
-        "works": np.zeros((nt, 3)),
-    }
+    _require_no_freedoms(model, system)
+    nt = len(times)
+    rows = _empty_rows(system, nt)
     reached, interrupted, work = _followed(system, start, times, rows)
     rows = {name: x[:reached] for name, x in rows.items()}
-    if reached == 0:
-        raise CompileError(
-            f"Model '{model.name}'",
-            found="the start does not satisfy the constraints",
-            expected="an assembled start",
-            remedy="Look at flexmb.check(model)",
-        )
+    _require_start(model, reached)
     found = f"the mechanism cannot follow its drives at t = {times[min(reached, nt - 1)]:.6g} s"
     unknown = None
     if reached < nt and not interrupted:

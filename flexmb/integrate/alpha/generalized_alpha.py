@@ -182,11 +182,7 @@ class GeneralizedAlpha(metaclass=Described):
                 expected="rho_inf <= 0.99, or the multipliers grow without bound",
                 remedy="Use 0.95 for little damping, 0.8 for flexible mechanisms",
             )
-        extent, reach = extents(system, state, work, self.atol)
-        reach = reaches(system, reach, self.rtol)
-        if self.step is None:
-            turns = system.program.frames[:, 1:] + np.arange(3, 6)
-            extent[turns] = np.maximum(extent[turns], self.rtol * reach[turns] / TURN)
+        extent, reach = self._extents(system, state, work)
         span = max(t_end - state.t, 1e-300)
         largest = self.largest or span / 20.0
         world = frames_in_world_axes(system)
@@ -195,14 +191,9 @@ class GeneralizedAlpha(metaclass=Described):
         to_world_axes(world, state.q, u, a)
         work.weights[0].wanted = 0
         evaluate(system.program, state, work)
-        share = IMPACT * self.rtol ** (1.0 / 3.0)
-        floor = self.rtol * system.lengths.whole
         # across a jump shorter steps would tell nothing but rounding of the accelerations before
         rounding = max(1e-13 * system.lengths.whole, system.lengths.rounding)
-        over = PassedOver(floor=floor, impact=share, slip=SLIP, blur=1.0, duration=span, rounding=rounding)
-        switching = new_switching(system, state, work, over, fixed=self.step is not None)
-        if len(switching.now):
-            part_of_step.ready()
+        switching = self._switching(system, state, work, span, rounding)
         at_start = powers(work.energy)
         variables = Variables(
             q=state.q.copy(),
@@ -248,6 +239,25 @@ class GeneralizedAlpha(metaclass=Described):
         )
         self._fit_start(system, state, work, variables, first)
         return beside(system, variables, self.follow_errors)
+
+    def _extents(self, system, state, work) -> tuple[np.ndarray, np.ndarray]:
+        """Return (extent, reach) (nu,): with them a displacement is measured, and its error compared."""
+        extent, reach = extents(system, state, work, self.atol)
+        reach = reaches(system, reach, self.rtol)
+        if self.step is None:
+            turns = system.program.frames[:, 1:] + np.arange(3, 6)
+            extent[turns] = np.maximum(extent[turns], self.rtol * reach[turns] / TURN)
+        return extent, reach
+
+    def _switching(self, system, state, work, span: float, rounding: float):
+        """Return the contacts and slips whose changes end a step, and what of them is passed over."""
+        share = IMPACT * self.rtol ** (1.0 / 3.0)
+        floor = self.rtol * system.lengths.whole
+        over = PassedOver(floor=floor, impact=share, slip=SLIP, blur=1.0, duration=span, rounding=rounding)
+        switching = new_switching(system, state, work, over, fixed=self.step is not None)
+        if len(switching.now):
+            part_of_step.ready()
+        return switching
 
     def _first_step(self, system, state, work, extent, reach, world, slow: float) -> float:
         """Return a step size well below that whose error is the tolerance, from speed, acceleration and its rate."""
