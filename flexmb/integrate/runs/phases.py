@@ -21,10 +21,11 @@ from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.kept_rows import KeptRows
-from flexmb.integrate.runs.marks import SAME, marks_to
+from flexmb.integrate.runs.marks import SAME
 from flexmb.integrate.runs.memory import may_stop, memory_of, remember_again, rounding
 from flexmb.integrate.runs.outgrown import unstable_at_end, unstable_in_steps
 from flexmb.integrate.runs.outlook import Outlook
+from flexmb.integrate.runs.phase_times import PhaseTimes, times_of_phase
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.reasons import divided_steps, failed_with, missed_times
 from flexmb.integrate.runs.record import Recorder, joined_rows
@@ -195,14 +196,7 @@ class Phases:
         if goes_on is not None:
             watch.recall(goes_on)
             remember_again(self.integrator, system, self.variables, start, goes_on, late)
-        due = self._due(model)
-        end = max(due.at, self.t) if due is not None else float(self.times[-1])
-        times = self._times_until(end)
-        self.validity.tell(missed_times(system, times))
-        begun_at = self.t if goes_on is None else float(goes_on.t[0])
-        longest = self.span / LOOKS if watch.events else None
-        remembers = getattr(self.integrator, "remembers", False)
-        marks, breaks = marks_to(system, end, self.t, self.planned, begun_at, remembers, longest)
+        due, end, times, marks, breaks = self._times(model, system, goes_on, bool(watch.events))
         first, block, last_row, begun, before = 0, self._first_block(marks), None, -1, self.statistics.get("steps", 0)
         try:
             while first < len(marks):
@@ -229,12 +223,7 @@ class Phases:
                 self._keep(rows, times)
                 require_seen(system, self.variables)
                 if outcome.failure:
-                    known = rows if len(rows["t"]) else last_row
-                    gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
-                    unknown = self._unknown(system, start, known, outcome.reached, gone)
-                    gone = gone or unstable_at_end(system, work, start, known, outcome.reached)
-                    ending = None if unknown or gone else self.kept.gradients.ending(outcome)
-                    return ending or failed_with(model, outcome, unknown, gone)
+                    return self._failed(model, system, start, work, rows if len(rows["t"]) else last_row, outcome)
                 if len(rows["t"]):
                     last_row, first = _row(rows, -1), first + len(rows["t"])
                     self.t = float(marks[first - 1])
@@ -290,17 +279,21 @@ class Phases:
             start = consistent_start(system, system.state(start.t, q, start.u), work)
         return start, late
 
-    def _due(self, model):
-        """Return the first event at a given time until the end of the run, or None."""
-        timed = sorted((e for e in model.events if e.sensor is None), key=lambda e: e.at)
-        return timed[0] if timed and timed[0].at <= self.times[-1] else None
+    def _times(self, model, system, goes_on, watches: bool) -> PhaseTimes:
+        """Return the times of a phase that begins now, or that goes on; `watches`: it has events to look at."""
+        begun_at = self.t if goes_on is None else float(goes_on.t[0])
+        remembers, longest = getattr(self.integrator, "remembers", False), self.span / LOOKS if watches else None
+        found = times_of_phase(model, system, self.t, self.times, self.planned, begun_at, remembers, longest)
+        self.validity.tell(missed_times(system, found.samples))
+        return found
 
-    def _times_until(self, end: float) -> np.ndarray:
-        """Return the times of the samples of a phase that begins now."""
-        # 0.7 and 0.7000000000000001, an event and a sample, are one time: no step is that short
-        same = SAME * max(abs(self.t), abs(end))
-        times = self.times[(self.times > self.t + same) & (self.times < end - same)]
-        return np.concatenate([[self.t], times, [end] if end > self.t + same else []])
+    def _failed(self, model, system, start, work, known, outcome):
+        """Return how a run ends that its integrator gives up; `known` is the last row there is, or None."""
+        gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
+        unknown = self._unknown(system, start, known, outcome.reached, gone)
+        gone = gone or unstable_at_end(system, work, start, known, outcome.reached)
+        ending = None if unknown or gone else self.kept.gradients.ending(outcome)
+        return ending or failed_with(model, outcome, unknown, gone)
 
     def _next_block(self, block: int, spent: float, most: int) -> int:
         """Return how many samples are asked for next; after Ctrl-C to the next one only."""
