@@ -208,6 +208,29 @@ def _nearest(center, R, x, e):
     return -(w[0] * u[0] + w[1] * u[1]) / max(u[0] * u[0] + u[1] * u[1], 1e-300)
 
 
+@inner_kernel
+def _to_the_middle(centers, frames, X, along):
+    """Move the places along their lines to the middle between those nearest to the two axes; return twice by how far
+    the one that moves most, m."""
+    moved = 0.0
+    for j in range(len(X)):
+        before = _nearest(centers[j], frames[j], X[j], along[j])
+        behind = _nearest(centers[j + 1], frames[j + 1], X[j], along[j])
+        moved = max(moved, abs(before + behind))
+        for i in range(3):
+            X[j, i] += 0.5 * (before + behind) * along[j, i]
+    return moved
+
+
+@inner_kernel
+def _in_order(centers, frames, X, along):
+    """Does the way come to the cylinders in the order in which they are described?"""
+    for j in range(len(X)):
+        if _nearest(centers[j], frames[j], X[j], along[j]) > _nearest(centers[j + 1], frames[j + 1], X[j], along[j]):
+            return False
+    return True
+
+
 @kernel
 def places_between(radii, centers, frames, near, P, S, X):
     """Move the places X (m - 1, 3) between m cylinders to where the way is shortest; return if there is such a way.
@@ -238,13 +261,7 @@ def places_between(radii, centers, frames, near, P, S, X):
         for i in range(n):
             apart = max(apart, abs(gradient[i]))
         if apart < _MEET and not placed:
-            moved, placed = 0.0, True
-            for j in range(m - 1):
-                before = _nearest(centers[j], frames[j], X[j], along[j])
-                behind = _nearest(centers[j + 1], frames[j + 1], X[j], along[j])
-                moved = max(moved, abs(before + behind))
-                for i in range(3):
-                    X[j, i] += 0.5 * (before + behind) * along[j, i]
+            moved, placed = _to_the_middle(centers, frames, X, along), True
             length = _whole(radii, centers, frames, near, P, S, X, gradient, A, along)
             if moved > 1e-9 * length:
                 continue
@@ -275,9 +292,4 @@ def places_between(radii, centers, frames, near, P, S, X):
         if last:
             break
         placed = placed and apart < _MEET
-    if not (last and length == length):
-        return False
-    for j in range(m - 1):  # in the order in which they are described
-        if _nearest(centers[j], frames[j], X[j], along[j]) > _nearest(centers[j + 1], frames[j + 1], X[j], along[j]):
-            return False
-    return True
+    return last and length == length and _in_order(centers, frames, X, along)

@@ -146,6 +146,43 @@ def _project(point, scale, m, least, z):
             groups += 1
 
 
+@inner_kernel
+def _step_down(p, scale, step, slip, y, P, xi, new):
+    """Write the impulses `new` (n, 6), a projected gradient step from y; add the slip (n,) to the velocities xi.
+
+    Return what is left of the minimum, m/s, and what tells by its sign that the step goes back on the way from P.
+    """
+    left, uphill = 0.0, 0.0
+    for i in range(len(p.points)):
+        if p.active[i] == 0:
+            continue
+        m = p.rows[i]
+        xi[i, 0] += slip[i]
+        for k in range(m):
+            new[i, k] = y[i, k] - step * xi[i, k] / scale[i, k]
+        _project(p.points[i], scale[i], m, p.least[i], new[i])
+        for k in range(m):
+            off = y[i, k] - new[i, k]
+            left = max(left, abs(off) * (scale[i, k] * scale[i, 0]) ** 0.5)
+            uphill += off * (new[i, k] - P[i, k]) * scale[i, k]
+    return left / step, uphill
+
+
+@inner_kernel
+def _follow_slip(p, xi, slip):
+    """Let the slip (n,) of all contacts follow their velocities xi (n, 6); return its largest change, m/s."""
+    change = 0.0
+    for i in range(len(p.points)):
+        if p.active[i] > 0 and p.rows[i] > 1:
+            s = p.points[i].friction * (xi[i, 1] ** 2 + xi[i, 2] ** 2) ** 0.5
+            if p.rows[i] == 6:
+                s += p.points[i].drilling * abs(xi[i, 3])
+                s += p.points[i].rolling * (xi[i, 4] ** 2 + xi[i, 5] ** 2) ** 0.5
+            change = max(change, abs(s - slip[i]))
+            slip[i] = s
+    return change
+
+
 @kernel
 def accelerate(p: Problem, parts, v, goal, most):
     """Improve the impulses P, with which `v` comes, until all laws hold to `goal`, m/s; return the steps.
@@ -170,20 +207,7 @@ def accelerate(p: Problem, parts, v, goal, most):
         taken += 1
         since += 1
         _velocities(p, parts, base, y, speed, xi, True)
-        left, uphill = 0.0, 0.0
-        for i in range(n):
-            if p.active[i] == 0:
-                continue
-            m = p.rows[i]
-            xi[i, 0] += slip[i]
-            for k in range(m):
-                new[i, k] = y[i, k] - step * xi[i, k] / scale[i, k]
-            _project(p.points[i], scale[i], m, p.least[i], new[i])
-            for k in range(m):
-                off = y[i, k] - new[i, k]
-                left = max(left, abs(off) * (scale[i, k] * scale[i, 0]) ** 0.5)
-                uphill += off * (new[i, k] - P[i, k]) * scale[i, k]
-        left /= step
+        left, uphill = _step_down(p, scale, step, slip, y, P, xi, new)
         if uphill > 0.0:
             momentum = 1.0
         follow = 0.5 * (1.0 + (1.0 + 4.0 * momentum * momentum) ** 0.5)
@@ -205,15 +229,7 @@ def accelerate(p: Problem, parts, v, goal, most):
         if residual <= goal:
             break
         if followed:
-            change, since = 0.0, 0
-            for i in range(n):
-                if p.active[i] > 0 and p.rows[i] > 1:
-                    s = p.points[i].friction * (xi[i, 1] ** 2 + xi[i, 2] ** 2) ** 0.5
-                    if p.rows[i] == 6:
-                        s += p.points[i].drilling * abs(xi[i, 3])
-                        s += p.points[i].rolling * (xi[i, 4] ** 2 + xi[i, 5] ** 2) ** 0.5
-                    change = max(change, abs(s - slip[i]))
-                    slip[i] = s
+            change, since = _follow_slip(p, xi, slip), 0
             if change <= 0.1 * goal and left <= 0.1 * goal:
                 break
     p.P[:] = best
