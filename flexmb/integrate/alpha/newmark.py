@@ -282,6 +282,24 @@ def _accept(program, work, v, c, h, planned, powers):
     v.run[0].steps += 1
 
 
+@inner_kernel
+def _take_back(v, h, failure, part, error, powers):
+    """Go back to where a step began that failed, goes past a change of a contact, or errs by too much; plan a shorter
+    one."""
+    back_to_step(v)
+    for i in range(3):
+        v.powers[i] = powers[i]
+    if failure != 0:
+        v.run[0].rejected_by_iteration += 1
+        v.run[0].next_step = 0.25 * h
+    elif part < 1.0:
+        v.run[0].cut_at_contacts += 1
+        v.run[0].next_step = part * h
+    else:
+        v.run[0].rejected_by_error += 1
+        v.run[0].next_step = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
+
+
 @entry_kernel(
     PROGRAM,
     WORK,
@@ -328,18 +346,7 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
                     state = State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals)
                     part = part_of_step(program, v.switching, state, work, h, c.adaptive)
             if failure != 0 or error > 1.0 or part < 1.0:
-                back_to_step(v)
-                for i in range(3):
-                    v.powers[i] = powers[i]
-                if failure != 0:
-                    v.run[0].rejected_by_iteration += 1
-                    v.run[0].next_step = 0.25 * h
-                elif part < 1.0:
-                    v.run[0].cut_at_contacts += 1
-                    v.run[0].next_step = part * h
-                else:
-                    v.run[0].rejected_by_error += 1
-                    v.run[0].next_step = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
+                _take_back(v, h, failure, part, error, powers)
                 if v.run[0].next_step < c.smallest:
                     return k, failure if failure != 0 else TOO_SMALL
                 continue
