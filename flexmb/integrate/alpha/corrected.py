@@ -111,8 +111,7 @@ def _add_rates(program, work, s, apart, rates, x):
         if not np.isfinite(s.right[i]):
             return
         apart.x[i] = s.right[i]
-    if len(s.world) > 0:
-        turn(s.world, s.q1, apart.x)
+    turn(s.world, s.q1, apart.x)
     for i in range(nu):
         x[i] += apart.x[i]
 

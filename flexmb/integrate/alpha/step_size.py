@@ -50,8 +50,7 @@ def change_of_velocities(program, work, v, h):
             return
         for i in range(len(v.u)):
             v.change[i] = v.right[i]
-        if len(v.world) > 0:
-            turn(v.world, v.q, v.change)
+        turn(v.world, v.q, v.change)
 
 
 @entry_kernel(PROGRAM, WORK, numba_type(Variables), NUMBER)

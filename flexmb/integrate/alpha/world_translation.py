@@ -42,9 +42,16 @@ def frames_in_world_axes(system) -> np.ndarray:
     return frames[[int(iu) in travelling for iu in frames[:, 1]]]
 
 
-@kernel_on_demand(void, array_type(INTEGERS, 2), array_type(FLOATS), array_type(FLOATS))
+@kernel
 def turn(frames, q, x):
     """Turn the translations of `x` (nu,) from body axes to W, in place."""
+    if len(frames) > 0:
+        _turn_some(frames, q, x)
+
+
+@kernel_on_demand(void, array_type(INTEGERS, 2), array_type(FLOATS), array_type(FLOATS))
+def _turn_some(frames, q, x):
+    """Do what `turn` does for the frames (n, 2)."""
     R = np.empty((3, 3))
     for n in range(len(frames)):
         iq, iu = frames[n, 0], frames[n, 1]
@@ -62,9 +69,8 @@ def to_world_axes(frames, q, u, a):
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
             a[iu + i] += u[iu + 3 + j] * u[iu + k] - u[iu + 3 + k] * u[iu + j]
-    if len(frames) > 0:
-        turn(frames, q, u)
-        turn(frames, q, a)
+    turn(frames, q, u)
+    turn(frames, q, a)
 
 
 @kernel
@@ -119,5 +125,4 @@ def to_increment(frames, world, q, dx, x):
         x[k + 3] += 0.5 * (d[4] * y2 - d[5] * y1)
         x[k + 4] += 0.5 * (d[5] * y0 - d[3] * y2)
         x[k + 5] += 0.5 * (d[3] * y1 - d[4] * y0)
-    if len(world) > 0:
-        turn(world, q, x)
+    turn(world, q, x)

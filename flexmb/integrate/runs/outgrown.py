@@ -52,12 +52,13 @@ def unstable_in_steps(system, work, start, rows, end: float, steps: int) -> tupl
         return None, []
     known = [(block, k) for block in rows for k in range(len(block["t"])) if block["t"][k] > start.t]
     known = [known[i] for i in np.unique(np.linspace(len(known) - 1, 0, LOOKS).astype(int))[::-1]] if known else []
+    least = max(GROWN, PASSED_OVER * steps)
     rate, freedom, driven = _fastest(system, start, work)
     for block, k in known:
-        if not rate * span > max(GROWN, PASSED_OVER * steps):
+        if not rate * span > least:
             break
         rate, freedom = min((rate, freedom), _fastest(system, _state(system, block, k), work)[:2])
-    if not rate * span > max(GROWN, PASSED_OVER * steps):
+    if not rate * span > least:
         return None, []
     words = _words(system, rate, freedom)
     if driven:
