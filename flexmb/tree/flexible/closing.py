@@ -17,6 +17,13 @@ __all__ = ["factorising", "solving"]
 
 
 @inner_kernel
+def _columns(flexible, n, loads):
+    """Return the columns of a place for loads, which stiffness changes at interfaces, or for rows of equations."""
+    place = flexible.places[n]
+    return flexible.loaded[place.kept] if loads == 1 and place.interface >= 0 else flexible.E[n]
+
+
+@inner_kernel
 def _collect(tree, body, W, wrench, e, loads):
     """Add the wrenches on the places of a body to its own W, and write what they leave at its modes to e (m,).
 
@@ -32,21 +39,19 @@ def _collect(tree, body, W, wrench, e, loads):
             used = used or own[i] != 0.0
         if not used:
             continue
-        E = flexible.E[n]
-        loaded = flexible.loaded[place.kept] if place.interface >= 0 else E
+        columns = _columns(flexible, n, loads)
         before = (W[0], W[1], W[2], W[3], W[4], W[5])
         pass_on(tree.rows[place.link], own, W)
         for i in range(6):
             x = W[i] - before[i]
             for j in range(m):
-                e[j] += x * (loaded[i, j] if loads == 1 else E[i, j])
+                e[j] += x * columns[i, j]
         own[:] = 0.0
     if body.clamp >= 0:
-        E, place = flexible.E[body.clamp], flexible.places[body.clamp]
-        loaded = flexible.loaded[place.kept] if place.interface >= 0 else E
+        columns = _columns(flexible, body.clamp, loads)
         for i in range(6):
             for j in range(m):
-                e[j] -= W[i] * (loaded[i, j] if loads == 1 else E[i, j])
+                e[j] -= W[i] * columns[i, j]
 
 
 @inner_kernel

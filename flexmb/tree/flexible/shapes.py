@@ -73,8 +73,8 @@ def shape(place, shapes, rises, m, eta, rate, E, A, motion, x):
     """
     _sums(rises, m, eta, rate, x)
     p, q, r = x[3], x[4], x[5]
-    a, b, c, db, dc = _coefficients(p * p + q * q + r * r)
     square = p * p + q * q + r * r
+    a, b, c, db, dc = _coefficients(square)
     # T = 1 + b t~ + c (t t^T - t.t 1)
     d = 1.0 - c * square
     T = (
