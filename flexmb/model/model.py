@@ -20,7 +20,35 @@ from flexmb.model.pose import vector3
 __all__ = ["Model"]
 
 GROUND = "ground"
-FAMILIES = ("bodies", "surfaces", "joints", "forces", "sensors", "events")
+LISTS = {
+    "bodies": "Body",
+    "surfaces": "Surface",
+    "joints": "Joint",
+    "forces": "Force",
+    "sensors": "Sensor",
+    "events": "Event",
+}
+"""What the lists of a model hold, by the family of their parts."""
+FAMILIES = tuple(LISTS)
+
+
+def _check_place(part, family: str, title: str) -> None:
+    """Raise ModelError unless a part belongs into a list of the model."""
+    if not isinstance(part, Part):
+        raise ModelError(
+            title,
+            found=f"{family} holds {part!r:.60}",
+            expected="parts such as flexmb.RigidBody(...)",
+            remedy="Put the parts themselves into the list",
+        )
+    if part.family != LISTS[family]:
+        right = next((name for name, held in LISTS.items() if held == part.family), "")
+        raise ModelError(
+            title,
+            found=f"{family} holds {part.title}, a {type(part).__name__}",
+            expected=f"parts of the kind {LISTS[family]}",
+            remedy=f"Put it into {right}=[...]" if right else "Give a part that flexmb exports",
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,14 +98,8 @@ class Model(metaclass=Described):
             parts = tuple(given)
             object.__setattr__(self, family, parts)
             for part in parts:
-                if not isinstance(part, Part):
-                    raise ModelError(
-                        title,
-                        found=f"{family} holds {part!r:.60}",
-                        expected="parts such as flexmb.RigidBody(...)",
-                        remedy="Put the parts themselves into the list",
-                    )
-            check_names(parts, parts[0].family if parts else family)
+                _check_place(part, family, title)
+            check_names(parts, LISTS[family])
         self._check_ground()
         for family in FAMILIES[1:]:
             for part in getattr(self, family):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from faults.children import Ended, begin, ended
+from fuzz.data_files import reduced
 from results.spinning import block_data
 
 import flexmb as fmb
@@ -90,6 +91,35 @@ def controlled(law, *more) -> fmb.Model:
     )
 
 
+def breaking() -> fmb.Model:
+    """Return a reduced part on a hinge that a controller with memory turns; a rod breaks, a spring softens later."""
+    angle = fmb.JointCoordinate("angle", joint="hinge")
+    error = fmb.Lag(fmb.formula("x - 0.2", over={"x": angle}), time=0.02)
+    wanted = fmb.formula("-5*x - 20*i - 0.05*rate(a)", over={"x": error, "i": fmb.Integral(error), "a": angle})
+    return fmb.Model(
+        name="break",
+        gravity=(0, 0, -9.81),
+        bodies=[
+            fmb.Ground(markers={"A": (0, 0, 0), "B": (0.1, 0.3, 0.4)}),
+            fmb.FloatingBody("part", data=reduced(), at=(-0.05, -0.03, 0)),
+            fmb.PointMass("stone", mass=0.5, at=(0.1, 0.3, 0.1)),
+        ],
+        joints=[
+            fmb.Revolute("hinge", markers=("ground.A", "part.a")),
+            fmb.Rod("rod", markers=("ground.B", "stone.center")),
+        ],
+        forces=[
+            fmb.Actuator("turn", joint="hinge", effort=wanted),
+            fmb.SpringDamper("spring", markers=("part.b", "stone.center"), stiffness=400.0, damping=1.0, length=0.1),
+        ],
+        sensors=[angle, fmb.Position("stone", marker="stone.center"), fmb.Reaction("bearing", joint="hinge")],
+        events=[
+            fmb.Event("breaks", sensor="angle", above=0.3, then=fmb.Release("rod")),
+            fmb.Event("softens", at=0.2, then=fmb.Change("spring", stiffness=100.0)),
+        ],
+    )
+
+
 SCENES: dict[str, tuple[Callable[[], fmb.Model], fmb.Simulation, float]] = {
     "swing": (swinging, fmb.Simulation(t_end=0.3, samples=SAMPLES, integrator=fmb.GeneralizedAlpha(step=5e-4)), 1e-5),
     "bounce": (
@@ -105,11 +135,16 @@ SCENES: dict[str, tuple[Callable[[], fmb.Model], fmb.Simulation, float]] = {
         fmb.Simulation(t_end=0.3, samples=SAMPLES, integrator=fmb.GeneralizedAlpha(step=5e-4)),
         1e-9,
     ),
+    "break": (
+        breaking,
+        fmb.Simulation(t_end=0.3, samples=SAMPLES, integrator=fmb.GeneralizedAlpha(rtol=1e-5)),
+        1e-9,
+    ),
 }
 """Models by name, how they are run, and how far a resumed run may be from one in a piece.
 
 An elastic body; rigid contacts in time steps, and compliant ones, both with a block whose value is held between sample
-times."""
+times; a reduced part under a controller with states, with two events."""
 
 
 class Bench:

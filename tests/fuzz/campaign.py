@@ -18,14 +18,14 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Callable
-from contextlib import redirect_stderr, redirect_stdout, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from flexmb.errors import FlexmbError
 
-__all__ = ["KINDS", "Campaign", "Outcome", "run"]
+__all__ = ["KINDS", "Campaign", "Outcome", "prepared", "run"]
 
 KINDS = ("read", "refused", "long", "traceback", "crash", "hang")
 """Used as it is; refused with a message of flexmb; ended by an interrupt after its time; another exception; the process
@@ -100,18 +100,30 @@ class Outcome:
         )
 
 
-def run(campaign: Campaign, first: int, count: int, *, batch: int = 500, keep: Path | None = None) -> Outcome:
-    """Try inputs `first` to `first + count`; bad ones are copied to the folder `keep`."""
-    outcome = Outcome(campaign.may_be_long)
+@contextmanager
+def prepared(campaign: Campaign, *, batch: int = 500, warmed: bool = True) -> Iterator[Callable[..., Outcome]]:
+    """Give a function that tries inputs: number of the first, how many, and the folder for bad ones or None.
+
+    Its workers are forks of this process and do `batch` inputs each; `warmed`: they find imports and kernels there."""
     with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as name:
         folder = Path(name)
         campaign.prepare(folder)
-        if count > batch:
+        if warmed:
             _warmed(campaign, folder)
-        k, end = first, first + count
-        while k < end:
-            k = _batch(campaign, folder, k, min(k + batch, end), outcome, keep)
-    return outcome
+
+        def tried(first: int, count: int, keep: Path | None = None) -> Outcome:
+            outcome, k, end = Outcome(campaign.may_be_long), first, first + count
+            while k < end:
+                k = _batch(campaign, folder, k, min(k + batch, end), outcome, keep)
+            return outcome
+
+        yield tried
+
+
+def run(campaign: Campaign, first: int, count: int, *, batch: int = 500, keep: Path | None = None) -> Outcome:
+    """Try inputs `first` to `first + count`; bad ones are copied to the folder `keep`."""
+    with prepared(campaign, batch=batch, warmed=count > batch) as tried:
+        return tried(first, count, keep)
 
 
 def _warmed(campaign: Campaign, folder: Path) -> None:
