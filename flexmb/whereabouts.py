@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
-__all__ = ["place_of", "places_for"]
+__all__ = ["is_folder", "place_of", "places_for"]
 
 _REMOVED = " (deleted)"
 """What Linux puts behind the former name of a removed file."""
@@ -38,7 +38,7 @@ def places_for(path: Path, home: os.stat_result) -> Iterator[Path]:
     another run.
     """
     folder = Path(os.path.abspath(path.parent))
-    if os.path.lexists(folder) and not _is_folder(folder, home):
+    if os.path.lexists(folder) and not is_folder(folder, home):
         yield from (folder.with_name(f"{folder.name}-kept{number}") / path.name for number in _numbers())
     else:
         yield path
@@ -58,7 +58,8 @@ def _is(descriptor: int, path: Path) -> bool:
         return False
 
 
-def _is_folder(folder: Path, home: os.stat_result) -> bool:
+def is_folder(folder: Path, home: os.stat_result) -> bool:
+    """Does this name still belong to the folder that it belonged to when `home` was asked for?"""
     try:
         return os.path.samestat(home, os.stat(folder))
     except OSError:

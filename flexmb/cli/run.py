@@ -25,6 +25,7 @@ from flexmb.cli.remedies import in_files_and_options
 from flexmb.cli.run_folder import LOG, MODEL, SOLUTION, TABLE, VERIFICATION, Log, new_run, stored_in
 from flexmb.errors import DataFileError, IntegrationError, caused_by_interrupt
 from flexmb.results import STORED, stored_samples
+from flexmb.whereabouts import is_folder
 
 NAME = "run"
 SUMMARY = "simulate a model file and write a run folder"
@@ -101,7 +102,7 @@ def record(
     """Simulate a model into a run folder and return the solution, complete or as far as it came; note in `said` what is
     kept.
     """
-    said = said or Kept()
+    said, home = said or Kept(), folder.stat()
     log.line(shlex.join(["flexmb", *sys.argv[1:]]))
     log.line(repr(model))
     log.line(f"parameters: {', '.join(f'{k} = {v}' for k, v in model.parameters.items()) or 'none'}")
@@ -114,7 +115,7 @@ def record(
             log,
         )
     except BaseException:
-        _without_samples(model, simulation, folder, said)
+        _without_samples(model, simulation, folder, home, said)
         raise
     path = stored_in(solution, folder)
     if path is not None:
@@ -124,14 +125,16 @@ def record(
     return kept(solution, folder, log)
 
 
-def _without_samples(model: fmb.Model, simulation: fmb.Simulation, folder: Path, said: Kept) -> None:
+def _without_samples(
+    model: fmb.Model, simulation: fmb.Simulation, folder: Path, home: os.stat_result, said: Kept
+) -> None:
     """Leave no solution file without samples, which the next run would have to overwrite; the model holds its bodies
-    itself then.
+    itself then. A folder that has the name by now and is not the one of the run (`home`) is left alone.
     """
     path = folder / SOLUTION
     try:
-        if not folder.is_dir():
-            said.text = f"run folder '{folder}' was moved or removed during the run"
+        if not is_folder(folder, home):
+            said.text = f"run folder '{folder}' was moved, removed or replaced during the run"
         elif not path.is_file() or stored_samples(path) == 0:
             path.unlink(missing_ok=True)
             fmb.save_model(model, folder / MODEL, simulation)

@@ -136,6 +136,24 @@ def test_another_file_of_the_name_is_left_alone(ran, tmp_path):
     assert (tmp_path / "run" / "solution-kept.csv").is_file()
 
 
+def test_a_file_without_samples_in_another_folder_is_left_alone(tmp_path, monkeypatch, capsys):
+    """A run that fails before its first sample removes its own empty file, not that of a run that began meanwhile."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "drop.toml").write_text(MODEL)
+
+    def replace_and_fail(model, **settings):
+        shutil.rmtree("run")
+        os.mkdir("run")
+        with RunFile(tmp_path / "run" / "solution.h5") as theirs:
+            theirs.begin()
+        raise fmb.errors.IntegrationError("Model 'drop'", found="no start")
+
+    monkeypatch.setattr(fmb, "simulate", replace_and_fail)
+    assert main(["run", "drop.toml", "--out", "run"]) == 2
+    assert "no start" in capsys.readouterr().err
+    assert [p.name for p in (tmp_path / "run").iterdir()] == ["solution.h5"]
+
+
 def test_a_folder_that_cannot_be_made_again_is_told(ran, tmp_path, monkeypatch):
     """The message must not say that a file keeps what is lost."""
 

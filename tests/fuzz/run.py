@@ -52,6 +52,8 @@ def work(todo: list[Piece], record: Record, keep: Path | None) -> None:
             GROUPS[name][0](record.seed), warmed=sum(n for g, _, n in todo if g == name) > PIECE
         ) as tried:
             for first, count in ((first, count) for group, first, count in todo if group == name):
+                if (name, first, count) in record.done():  # by another command, meanwhile
+                    continue
                 began = _processor_time()
                 outcome = tried(first, count, keep)
                 record.add(name, first, count, outcome, _processor_time() - began)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.integrate.runs.breaks import just_before, with_breaks
+from flexmb.integrate.runs.breaks import just_before, refined, with_breaks
 from flexmb.model.breakpoints import RECORD, breakpoints
 from flexmb.system import compile
 
@@ -244,3 +244,11 @@ def test_a_drive_whose_acceleration_jumps(integrator):
 def test_times_just_before_are_before():
     t = np.array([1e-9, 0.3, 1.0, 1e4])
     assert np.all(just_before(t) < t)
+
+
+def test_gaps_are_divided():
+    """Equal pieces, no longer than asked for; times that are there stay the same to the last bit."""
+    times = np.array([0.0, 0.1, 0.1, 0.35, 0.36])
+    found = refined(times, 0.1)
+    np.testing.assert_allclose(found, [0.0, 0.1, 0.1 + 0.25 / 3, 0.1 + 0.5 / 3, 0.35, 0.36], rtol=1e-15)
+    assert set(times) <= set(found)

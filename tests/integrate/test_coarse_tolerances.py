@@ -30,3 +30,10 @@ def test_a_falling_chain_keeps_its_energy(n, rtol):
     )
     assert np.ptp(run["total"]) < 1e-3 * run["kinetic"].max()
     np.testing.assert_allclose(run["tip"], exact["tip"], atol=5e-4 * 0.1 * n)
+
+
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha, fmb.Implicit, fmb.IDA, fmb.Explicit])
+def test_a_tolerance_that_is_a_whole_number(integrator):
+    """Compiled steps know tolerances as floats: an integer ended in an error of the compiler."""
+    runs = [fmb.simulate(falling(2), 0.05, samples=3, integrator=integrator(rtol=rtol)) for rtol in (1, 1.0)]
+    assert np.array_equal(runs[0]["tip"], runs[1]["tip"])

@@ -12,7 +12,7 @@ import scipy.integrate
 
 import flexmb as fmb
 from flexmb.integrate.runs import interruption as interruptions
-from flexmb.integrate.runs import phases
+from flexmb.integrate.runs import phases, watch
 from flexmb.integrate.runs.interruption import Interruption, look_within_step
 from flexmb.integrate.runs.patience import Patience
 
@@ -326,3 +326,27 @@ def test_kinematics_keeps_its_samples(monkeypatch):
     for name in ("q", "u", "a", "lam", "works"):
         np.testing.assert_array_equal(getattr(part.phases[0], name), getattr(whole.phases[0], name)[:500])
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_run_can_be_stopped_while_an_event_is_located(monkeypatch):
+    """Between two looks at a sensor there may be minutes of steps, taken dozens of times to find the place."""
+    monkeypatch.setattr(watch, "PATIENCE", 0.0)
+    event = fmb.Event("passes", sensor="height", below=-0.05, then=[fmb.Stop()])
+    model = replace(SWINGING, sensors=[fmb.Position("end", marker="rod.end"), HEIGHT], events=[event])
+    run = {"samples": 11, "integrator": fmb.GeneralizedAlpha(step=2e-5)}
+    whole = fmb.simulate(model, 0.2, **run)
+    assert whole.status.kind == "stopped"
+    again = watch.Watch._again
+
+    def interrupted(watched, before, t):
+        os.kill(os.getpid(), signal.SIGINT)
+        return again(watched, before, t)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(watch.Watch, "_again", interrupted)
+        part = fmb.simulate(model, 0.2, **run)
+    assert part.status.kind == "interrupted"
+    assert 0.0 < part.t[-1] < whole.t[-1]
+    found = fmb.resume(part, 0.2, **run)
+    assert found.status.kind == "stopped"
+    np.testing.assert_allclose(found["end"][-1], whole["end"][-1], rtol=0, atol=1e-9)

@@ -117,6 +117,11 @@ class Interruption:
         if self.asked:
             raise KeyboardInterrupt
 
+    def look_now(self) -> None:
+        """The same with a look at the clock, where there is no state worth keeping."""
+        self.look_at_clock()
+        self.look()
+
     def status(self, t: float) -> Status:
         """Return how a run has ended that it has stopped at t."""
         if self._over and not self._asked and self._limit is not None:

@@ -192,7 +192,7 @@ class Phases:
         self._start(system, start, work)
         self.kept.begin(system)
         self.outlook.new_phase()
-        watch = Watch(model, system, self.integrator, work, self.passed)
+        watch = Watch(model, system, self.integrator, work, self.passed, self.interruption.look_now)
         if goes_on is not None:
             watch.recall(goes_on)
             remember_again(self.integrator, system, self.variables, start, goes_on, late)

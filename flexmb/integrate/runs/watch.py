@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -19,6 +20,8 @@ __all__ = ["Watch", "carried", "next_phase"]
 
 LOOKS = 1000
 """Sensors of events are looked at in every sample, and at least so many times over the run."""
+PATIENCE = 0.3
+"""s: how long the way to a time that may be that of an event is computed without a look at the user's wishes."""
 
 
 class Watch:
@@ -32,10 +35,14 @@ class Watch:
         Used again to locate the time of an event inside an interval.
     passed : dict of event name to float
         How far past its threshold a repeating event must be to happen again before its sensor has come back. (Updated.)
+    look : callable, optional
+        Called now and then while an event is located: it may raise KeyboardInterrupt.
     """
 
-    def __init__(self, model, system, integrator, work, passed: dict[str, float]):
-        self.model, self.system, self.integrator, self.work = model, system, integrator, work
+    def __init__(
+        self, model, system, integrator, work, passed: dict[str, float], look: Callable[[], None] = lambda: None
+    ):
+        self.model, self.system, self.integrator, self.work, self._look = model, system, integrator, work, look
         self.events: list[Any] = [e for e in model.events if e.sensor is not None]
         watched = {e.sensor: found_in(model, e.sensor) for e in self.events}
         self.sensors: dict[str, Any] = {name: found[0] for name, found in watched.items() if found is not None}
@@ -150,7 +157,12 @@ class Watch:
         system = self.system
         state = consistent_start(system, system.state(before["t"][-1], before["q"][-1], before["u"][-1]), self.work)
         variables = self.integrator.start(system, state, self.work, t)
-        outcome = self.integrator.run(system, self.work, variables, np.array([state.t, t]), 1, 2)
+        marks = np.array([state.t, t])
+        while True:
+            outcome = self.integrator.run(system, self.work, variables, marks, 1, 2, PATIENCE)
+            if outcome.failure or len(outcome.rows["t"]):
+                break
+            self._look()
         if outcome.failure:
             raise IntegrationError(
                 f"Model '{self.model.name}'",
