@@ -73,7 +73,10 @@ class Layout:
             self.iq.append(iq + n)
             self.iu.append(iu + n)
             self.q, self.u = np.concatenate([self.q, np.zeros(n)]), np.concatenate([self.u, group.start])
-            self.vectors = np.vstack([self.vectors, [iq, iu, n, INTEGRALS]])
+            if len(self.vectors) and self.vectors[-1, 3] == INTEGRALS:  # they follow each other: one vector
+                self.vectors[-1, 2] += n
+            else:
+                self.vectors = np.vstack([self.vectors, [iq, iu, n, INTEGRALS]])
 
     def slices(self, names: Iterable[str], first: int = 0) -> dict[str, tuple[slice, slice]]:
         """Return where bodies (or groups of states) stand in q and in u, by name; their numbers begin with `first`."""

@@ -10,6 +10,10 @@ bodies. Among the permitted nodes the one with the smallest neighbours goes firs
 Where bodies are larger than joints, as those with modes are, that rule leaves a tree near its root. A second order
 takes nodes whose neighbours all know each other before all others: they fill nothing in, so trees go from their
 leaves to the last joint. The order with fewer multiplications is used.
+
+States of controllers are many blocks of one or two rows, and what a block costs by itself is more than their
+multiplications: neighbours in the order that share columns become one block (relaxed supernodes, Ashcraft & Grimes,
+The influence of relaxed supernode partitions on the multifrontal method, ACM TOMS 15, 1989).
 """
 
 from __future__ import annotations
@@ -21,10 +25,12 @@ import numpy as np
 
 from flexmb.math.block_pattern import PARENT, BlockPattern
 
-__all__ = ["block_pattern", "cheapest_order", "elimination_order", "multiplications"]
+__all__ = ["block_pattern", "cheapest_order", "elimination_order", "joined_blocks", "multiplications"]
 
 FEW = 6
 """Neighbours of a node up to which they are asked for each other."""
+OF_A_BLOCK = 160.0
+"""What a block costs beside its multiplications, and what each of those that it changes costs, in multiplications."""
 
 
 def elimination_order(
@@ -92,9 +98,13 @@ def multiplications(sizes: list[int], order: list[int], after: list[list[int]]) 
     """Return how many multiplications an elimination takes."""
     count = 0.0
     for node, later in zip(order, after, strict=True):
-        size, width = sizes[node], sum(sizes[k] for k in later)
-        count += size**3 / 3.0 + size * width * (size + width)
+        count += _of_block(sizes[node], sum(sizes[k] for k in later))
     return count
+
+
+def _of_block(size: int, width: int) -> float:
+    """Return how many multiplications a block of so many rows takes that has so many columns behind its own."""
+    return size**3 / 3.0 + size * width * (size + width)
 
 
 def cheapest_order(
@@ -109,7 +119,42 @@ def cheapest_order(
     return two if multiplications(sizes, *two) < multiplications(sizes, *one) else one
 
 
-def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set[int]], waiting: set[int]):
+def joined_blocks(
+    sizes: list[int], order: list[int], after: list[list[int]], states: range
+) -> tuple[list[list[int]], list[list[int]]]:
+    """Return the nodes of every block, in the order of elimination, and the later blocks of each, including fill.
+
+    `states` : nodes that may share a block with those beside them.
+    """
+    groups: list[list[int]] = []
+    laters: list[set[int]] = []
+    for node, nodes in zip(order, after, strict=True):
+        later = set(nodes)
+        if groups and node in states and groups[-1][-1] in states:
+            before = laters[-1]
+            known, both = before & later, (before | later) - {node}
+            rows = sum(sizes[k] for k in groups[-1])
+            widths = [sum(sizes[k] for k in some) for some in (before, later, both)]
+            more = _of_block(rows + sizes[node], widths[2]) - _of_block(rows, widths[0])
+            more -= _of_block(sizes[node], widths[1])
+            if (known or node in before) and more < OF_A_BLOCK * (1 + len(known) + (node in before)):
+                groups[-1].append(node)
+                laters[-1] = both
+                continue
+        groups.append([node])
+        laters.append(later)
+    block_of = {node: k for k, group in enumerate(groups) for node in group}
+    later_blocks = [{block_of[node] for node in later} for later in laters]
+    if len(groups) < len(order):
+        for later in later_blocks:  # what a block leaves behind knows each other
+            for k in later:
+                later_blocks[k] |= {other for other in later if other > k}
+    return groups, [sorted(later) for later in later_blocks]
+
+
+def block_pattern(
+    unknowns: list[list[int]], n_bodies: int, neighbours: list[set[int]], waiting: set[int], states: range = range(0)
+):
     """Return the pattern of the factors and ``place``: a function (node, node) -> positions of the rows in S.
 
     Parameters
@@ -120,21 +165,25 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
         Adjacency; consumed.
     waiting : set of int
         Joints that are eliminated after all their bodies.
+    states : range
+        Nodes below `n_bodies` that are states.
     """
-    order, after = cheapest_order([len(node) for node in unknowns], n_bodies, neighbours, waiting)
-    # from here on nodes are numbered by their place in the order, so that what is appended in turn is sorted
-    position = dict(zip(order, range(len(order)), strict=True))
-    later = [sorted(position[node] for node in nodes) for nodes in after]
-    earlier: list[list[int]] = [[] for _ in order]
+    widths = [len(node) for node in unknowns]
+    order, after = cheapest_order(widths, n_bodies, neighbours, waiting)
+    # from here on blocks are numbered by their place in the order, so that what is appended in turn is sorted
+    groups, later = joined_blocks(widths, order, after, states)
+    position = {node: k for k, group in enumerate(groups) for node in group}
+    within = {node: sum(widths[other] for other in group[:k]) for group in groups for k, node in enumerate(group)}
+    earlier: list[list[int]] = [[] for _ in groups]
     for k, others in enumerate(later):
         for other in others:
             earlier[other].append(k)
-    sizes = [len(unknowns[node]) for node in order]
+    sizes = [sum(widths[node] for node in group) for group in groups]
     first = np.concatenate([[0], np.cumsum(sizes)])
     width, segment_start, column, length = [], [0], [], []
     own_segment: list[int] = []
     offset: list[dict[int, int]] = []
-    for k in range(len(order)):
+    for k in range(len(groups)):
         at, offsets, end = 0, {}, -1
         for other in (*earlier[k], k, *later[k]):
             offsets[other] = at
@@ -150,16 +199,16 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
         offset.append(offsets)
         width.append(at)
         segment_start.append(len(column))
-    row_block = np.repeat(np.arange(len(order)), sizes)
+    row_block = np.repeat(np.arange(len(groups)), sizes)
     pattern = BlockPattern(
-        order=np.array([unknown for node in order for unknown in unknowns[node]], np.int64),
+        order=np.array([unknown for group in groups for node in group for unknown in unknowns[node]], np.int64),
         row_start=np.concatenate([[0], np.cumsum(np.array(width, np.int64)[row_block])]),
         row_block=row_block,
         segment_start=np.array(segment_start, np.int64),
         column=first[column],
         length=np.array(length, np.int64),
         block_start=first,
-        own=np.array([offset[k][k] for k in range(len(order))], np.int64),
+        own=np.array([offset[k][k] for k in range(len(groups))], np.int64),
         own_segment=np.array(own_segment, np.int64),
         **_steps(later, earlier, sizes, offset),
         scratch=np.zeros(2 * first[-1]),
@@ -168,7 +217,8 @@ def block_pattern(unknowns: list[list[int]], n_bodies: int, neighbours: list[set
 
     def place(row_node: int, column_node: int) -> np.ndarray:
         k = position[row_node]
-        return pattern.row_start[begin[k] : begin[k + 1]] + offset[k][position[column_node]]
+        row = begin[k] + within[row_node]
+        return pattern.row_start[row : row + widths[row_node]] + offset[k][position[column_node]] + within[column_node]
 
     return pattern, place
 

@@ -225,7 +225,8 @@ def _found(of: Structure):
 def _made(of: Structure):
     """Make pattern and tables of a structure."""
     nodes = _Nodes(of)
-    pattern, place = block_pattern(nodes.unknowns, nodes.n_blocks, nodes.neighbours(), nodes.waiting)
+    states = range(nodes.of_bodies, nodes.n_blocks)
+    pattern, place = block_pattern(nodes.unknowns, nodes.n_blocks, nodes.neighbours(), nodes.waiting, states)
     nu = of.iu[-1]
     rows, widths = _rows(nodes, nu, place)
     equations, within = _equations(nodes, nu, place)

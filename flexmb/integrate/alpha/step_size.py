@@ -31,6 +31,8 @@ __all__ = [
 
 SHORT, TINY = 0.1, 1e-4
 """Steps below these parts of the planned one, before a time that must be met, tell no rates, and need no iteration."""
+EQUAL = 1e-9
+"""Steps that differ by less, relative to them, differ by the rounding of the times between which they lie."""
 
 
 @kernel
@@ -61,7 +63,7 @@ def fit_to_step(program, work, v, h):
     velocities which violate them by C h^2 G a'; kept at that value of the step before, the multipliers would carry an
     error of first order through the next steps (Arnold, Brüls & Cardona 2015).
     """
-    if h == v.run[0].last_step and v.run[0].short == 0.0:
+    if abs(h - v.run[0].last_step) <= EQUAL * h and v.run[0].short == 0.0:
         v.change[:] = 0.0
     else:
         change_of_velocities(program, work, v, h)
