@@ -31,6 +31,10 @@ OF_ACCELERATIONS = (
     "steps do not end where it jumps with an acceleration: the force would change what tells its place; write a steep "
     "slope in the place of the jump (a linear table, tanh), or sample the acceleration (Sampled)"
 )
+CORNERS_OF_ACCELERATIONS = (
+    "steps do not end at its corners over an acceleration, which bend what tells their place: the control of errors "
+    "takes them up (steps of fixed size do not); give a smaller rtol, or sample the acceleration (Sampled)"
+)
 SMOOTH_BY = 2
 """Derivatives of a table that are looked at: a jump of the third one is left to the control of errors."""
 
@@ -82,8 +86,8 @@ def located(
         Of the atoms: may they change within a step?
     bending : list of bool
         Of the atoms: do they follow from the forces at once, as accelerations do? A kink then bends what tells its
-        place, and integrators find accelerations less exactly than places: it is left to the control of errors. Of
-        a jump a sentence tells.
+        place, and integrators find accelerations less exactly than places: it is left to the control of errors, and
+        a sentence tells.
     acting : set of int
         Programs on which forces and states depend.
     """
@@ -111,8 +115,9 @@ def located(
             continue
         for kink in kinks_in(programs[slot], varies):
             if any(bends(number) for number in inputs_of(kink.program)):
-                note = f"{writers[slot]}: {OF_ACCELERATIONS}"
-                if kink.kind == CROSSING and note not in notes:
+                words = OF_ACCELERATIONS if kink.kind == CROSSING else CORNERS_OF_ACCELERATIONS
+                note = f"{writers[slot]}: {words}"
+                if note not in notes:
                     notes.append(note)
                 continue
             found.setdefault(kink.key, (kink, writers[slot]))

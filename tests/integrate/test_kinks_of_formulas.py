@@ -143,6 +143,10 @@ def test_what_is_not_located_is_noted():
         notes = fmb.simulate(rail(following), 0.01, samples=2).statistics.get("notes", [])
         told = [note for note in notes if "Force 'motor': steps do not end where it jumps with an acceleration" in note]
         assert len(told) == jumps
+        corners = [
+            note for note in notes if "Force 'motor': steps do not end at its corners over an acceleration" in note
+        ]
+        assert len(corners) == (not jumps)
     many = [formula(" + ".join(f"max(x - {k + n}, 0)" for k in range(0, 201, 3) if k + n < 201)) for n in range(3)]
     solution = fmb.simulate(rail(many[0] + many[1] + many[2], -0.3), 0.01, samples=2)
     assert any("have 201 kinks and jumps; steps end at the first 200" in note for note in solution.statistics["notes"])

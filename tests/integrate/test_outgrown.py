@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.integrate import Family
 
 MASS = 2.0
 ALONG_X = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0))
@@ -105,3 +106,50 @@ def test_a_short_growth_after_a_long_rest_runs(integrator):
     solution = fmb.simulate(model, t_end=101.0, samples=3, integrator=integrator)
     assert solution.status.ok
     assert solution["x"][-1] == pytest.approx((np.cosh(3.0) - 1.0) / (9.0 * MASS), rel=1e-2)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.filterwarnings("ignore::flexmb.errors.ValidityWarning")
+def test_a_gain_far_too_high_ends_a_stepped_run(integrator):
+    """It is looked at now and then; what was reached before stays."""
+    run = fmb.stepper(cart(fed_back(0.0, 1e9)), integrator=integrator)
+
+    def moved_on():
+        for _ in range(100):
+            run.advance(by=0.01)
+
+    with pytest.raises(fmb.IntegrationError, match=r"Body 'cart'.*unstable.*by e every 2e-09 s.*Force 'motor'"):
+        moved_on()
+    assert not run.status.ok
+    assert len(run.solution.t) >= 1
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS[:3])
+def test_a_stepped_run_of_one_call_warns(integrator):
+    with (
+        pytest.warns(fmb.ValidityWarning, match=r"Body 'cart'.*by e every 2e-09 s.*passed over it"),
+        fmb.stepper(cart(fed_back(0.0, 1e9)), integrator=integrator) as run,
+    ):
+        run.advance(to=1.0)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_growth_that_is_held_from_outside_runs(integrator, recwarn):
+    """x'' = 9 x, and a hand that holds it by 40 x + 12 x', set every 50 ms for 40 s: e^120 by itself."""
+    effort = fmb.formula("k*x", over={"x": X}, k=9.0 * MASS) + fmb.input("hand")
+    model = dataclasses.replace(cart(effort), sensors=[X, fmb.Velocity("v", marker="cart.x")])
+    with fmb.stepper(model, integrator=integrator, keep=False) as run:
+        for k in range(800):
+            run.set("hand", 0.2 - MASS * (40.0 * run["x"] + 12.0 * run["v"][0]))
+            run.advance(to=0.05 * (k + 1))
+        assert run["x"] == pytest.approx(0.1 / 31.0, rel=1e-4)  # (40 - 9) x = 0.1
+    assert not [str(one.message) for one in recwarn if "unstable" in str(one.message)]
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS[:3])
+@pytest.mark.filterwarnings("ignore::flexmb.errors.ValidityWarning")
+def test_variants_of_an_ensemble_are_looked_at(integrator):
+    family = Family()
+    assert family.solution(cart(fed_back(0.0, -1e9)), t_end=1.0, integrator=integrator, samples=11).status.ok
+    with pytest.raises(fmb.IntegrationError, match=r"Body 'cart'.*by e every 2e-09 s.*passed over it"):
+        family.solution(cart(fed_back(0.0, 1e9)), t_end=1.0, integrator=integrator, samples=11)

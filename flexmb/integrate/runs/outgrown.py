@@ -9,16 +9,19 @@ terms are small. So the growth is read from the equations themselves, where a ru
 from __future__ import annotations
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, sparse
 
 from flexmb.integrate.matrices import tangent_at
+from flexmb.integrate.runs.growth_of_many import Growth, fastest_of_many, within
 from flexmb.integrate.runs.runaway import REMEDY, that_follow
 from flexmb.results import Status
 
 __all__ = ["unstable_at_end", "unstable_in_steps"]
 
 DENSE = 300
-"""Velocities of a model up to which this is looked at."""
+"""Velocities of a model up to which all eigenvalues are looked at."""
+MANY = 20_000
+"""And up to which those that grow are looked for."""
 PASSED_OVER = 2.0
 """Growths by e in a mean step from which on no step has followed them."""
 GROWN = 100.0
@@ -53,11 +56,11 @@ def unstable_in_steps(system, work, start, rows, end: float, steps: int) -> tupl
     known = [(block, k) for block in rows for k in range(len(block["t"])) if block["t"][k] > start.t]
     known = [known[i] for i in np.unique(np.linspace(len(known) - 1, 0, LOOKS).astype(int))[::-1]] if known else []
     least = max(GROWN, PASSED_OVER * steps)
-    rate, freedom, driven = _fastest(system, start, work)
+    rate, freedom, driven = _fastest(system, start, work, least / span)
     for block, k in known:
         if not rate * span > least:
             break
-        rate, freedom = min((rate, freedom), _fastest(system, _state(system, block, k), work)[:2])
+        rate, freedom = min((rate, freedom), _fastest(system, _state(system, block, k), work, least / span, rate)[:2])
     if not rate * span > least:
         return None, []
     words = _words(system, rate, freedom)
@@ -71,9 +74,9 @@ def unstable_in_steps(system, work, start, rows, end: float, steps: int) -> tupl
 def unstable_at_end(system, work, start, row, reached: float) -> str | None:
     """Return the words about a growth that explains why a run has failed where it is, or None."""
     state = start if row is None else _state(system, row)
-    if not that_follow(system) or not np.isfinite(reached):
+    if not that_follow(system) or not np.isfinite(reached) or not reached > start.t:
         return None
-    rate, freedom, _ = _fastest(system, state, work)
+    rate, freedom, _ = _fastest(system, state, work, AT_ONCE / (reached - start.t))
     return _words(system, rate, freedom) if rate * (reached - start.t) > AT_ONCE else None
 
 
@@ -89,40 +92,56 @@ def _words(system, rate: float, freedom: int) -> str:
     )
 
 
-def _fastest(system, state, work) -> tuple[float, int, bool]:
+def _fastest(system, state, work, least: float, near: float | None = None) -> tuple[float, int, bool]:
     """Return the largest growth rate, 1/s, of the linear equations at a state, the velocity that takes part most, and
     if speeds or accelerations of the state have a part along that motion.
 
     First-order states are velocities whose rates do not follow from their integrals: they need nothing of their own.
+    Of many velocities only rates above `least`, 1/s, are looked for; near one that is known, if `near` gives it.
     """
     nothing = 0.0, 0, False
-    if not 0 < system.nu <= DENSE:
+    if not 0 < system.nu <= MANY:
         return nothing
     with np.errstate(all="ignore"):
         tangent = tangent_at(system, state, work)
-        M, D, K, G = (np.asarray(part.todense()) for part in (tangent.M, tangent.D, tangent.K, tangent.G))
-        if not all(np.all(np.isfinite(part)) for part in (M, D, K, G)):
+        M, D, K, G = tangent.M, tangent.D, tangent.K, tangent.G
+        if not all(np.all(np.isfinite(part.data)) for part in (M, D, K, G)):
             return nothing
         scale = 1.0 / np.sqrt(np.maximum(np.abs(M.diagonal()), 1e-12 * np.abs(M.diagonal()).max()))
-        M, D, K = (scale[:, None] * part * scale for part in (M, D, K))
-        G = G * scale
-        rows = np.linalg.norm(G, axis=1, keepdims=True)
-        N = linalg.null_space(G / np.where(rows > 0.0, rows, 1.0), rcond=1e-9) if len(G) else np.eye(system.nu)
-        n = N.shape[1]
-        try:
-            back = -np.linalg.solve(N.T @ M @ N, np.hstack([N.T @ K @ N, N.T @ D @ N])) if n else np.zeros((0, 0))
-            whole = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), back])
-            values, left, vectors = linalg.eig(whole, left=True)
-        except (np.linalg.LinAlgError, ValueError):  # motions without inertia, or no finite numbers
-            return nothing
-    if not n or not np.all(np.isfinite(values)):
+        scaled = sparse.diags(scale)
+        M, D, K, G = scaled @ M @ scaled, scaled @ D @ scaled, scaled @ K @ scaled, G @ scaled
+        rows = np.sqrt(np.asarray(G.multiply(G).sum(1)).ravel())
+        unit = sparse.diags(1.0 / np.where(rows > 0.0, rows, 1.0)) @ G
+        growth = _of_few(M, D, K, unit) if system.nu <= DENSE else fastest_of_many(M, D, K, unit, least, near)
+    if growth is None:
         return nothing
+    u, a = (within(unit, x / scale) for x in (state.u, state.a))
+    of_place, of_speed = -K.T @ growth.left / growth.value.conjugate(), M.T @ growth.left
+    n = min((place.start for _, place in system.state_slices.values()), default=system.nu)
+    others = np.linalg.norm(G.T @ state.lam) + np.linalg.norm(np.ravel(system.model.gravity)) * np.max(1.0 / scale[:n])
+    rounding = (np.linalg.norm(a[:n]) + others) * np.linalg.norm(of_speed[:n])
+    rounding += np.linalg.norm(u) * np.linalg.norm(of_place)
+    rounding += np.abs(of_speed[n:]) @ (np.abs(a) + abs(D) @ np.abs(u))[n:]  # of states: each in its own unit
+    driven = bool(abs(np.vdot(of_place, u) + np.vdot(of_speed, a)) > UNDRIVEN * rounding)
+    return growth.value.real, int(np.argmax(np.abs(scale * growth.shape))), driven
+
+
+def _of_few(M, D, K, G) -> Growth | None:
+    """Return the motion that grows fastest, by all eigenvalues; None if none grows."""
+    M, D, K, G = (np.asarray(part.todense()) for part in (M, D, K, G))
+    N = linalg.null_space(G, rcond=1e-9) if len(G) else np.eye(len(M))
+    n = N.shape[1]
+    try:
+        back = -np.linalg.solve(N.T @ M @ N, np.hstack([N.T @ K @ N, N.T @ D @ N])) if n else np.zeros((0, 0))
+        whole = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), back])
+        values, left, vectors = linalg.eig(whole, left=True)
+    except (np.linalg.LinAlgError, ValueError):  # motions without inertia, or no finite numbers
+        return None
+    if not n or not np.all(np.isfinite(values)):
+        return None
     k = int(np.argmax(values.real))
     if not values[k].real > ROUNDING * float(np.abs(values).max()):
-        return nothing
-    motion = np.concatenate([N.T @ (state.u / scale), N.T @ (state.a / scale)])
-    others = np.linalg.norm(G.T @ state.lam) + np.linalg.norm(np.ravel(system.model.gravity)) * np.max(1.0 / scale)
-    rounding = UNDRIVEN * (np.linalg.norm(motion[n:]) + others) * np.linalg.norm(left[n:, k])
-    rounding += UNDRIVEN * np.linalg.norm(motion[:n]) * np.linalg.norm(left[:n, k])
-    driven = bool(abs(np.vdot(left[:, k], motion)) > rounding)
-    return float(values[k].real), int(np.argmax(np.abs(scale * (N @ vectors[n:, k])))), driven
+        return None
+    # of a left eigenvector the part of speeds is M^T times that of s^2 M + s D + K
+    of_force = np.linalg.solve((N.T @ M @ N).T, left[n:, k])
+    return Growth(complex(values[k]), N @ vectors[n:, k], N @ of_force)

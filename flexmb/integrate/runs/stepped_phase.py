@@ -20,6 +20,7 @@ from flexmb.integrate.runs.continuity import require_continuity
 from flexmb.integrate.runs.contradiction import Scratch, first_contradiction
 from flexmb.integrate.runs.counts import numbers_of, together
 from flexmb.integrate.runs.energy_watch import EnergyWatch
+from flexmb.integrate.runs.growth_watch import GrowthWatch
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.inversion import first_inversion, may_invert
@@ -72,6 +73,7 @@ class SteppedPhase:
         self.jumps: list[PrescribedJump] = []
         self.contacts, self.contact_counts = CoarseContacts(integrator), {}
         self.sunk = SunkSurfaces()
+        self.growth = GrowthWatch(system)
 
     @property
     def t(self) -> float:
@@ -96,7 +98,9 @@ class SteppedPhase:
     def begin(self, state) -> None:
         """Start the integrator at a consistent state."""
         self._look_at_contacts()
+        before = self._steps()
         self.variables = started_again(self.integrator, self.variables, (self.system, state, self.work, self.planned))
+        self.growth.begin(state, before - self._steps())
         self.jumped = False
 
     def advance(self, goal: float) -> Status | SteppedPhase | None:
@@ -120,6 +124,8 @@ class SteppedPhase:
             if mark in anew:
                 self._begin_anew(float(just_after(mark)))
         self._kept()
+        if self.growth.is_due():
+            self.growth.require_followed([*self.rows, self.last], self.t, self._steps())
         return None if due is None else self._happened(due, self.last)
 
     def _marks(self, end: float) -> tuple[np.ndarray, np.ndarray]:
@@ -153,8 +159,9 @@ class SteppedPhase:
                 q, u, begin = known["q"][-1], known["u"][-1], float(known["t"][-1])
                 a, unknown = known["a"][-1], unknown_value(self.system, q, u, begin, mark)
                 unknown = unknown or unknown_on_the_way(self.system, begin, q, u, a, outcome.reached)
-                ending = None if unknown else self._gradients.ending(outcome)
-                wrong = ending or failed_with(self.model, outcome, unknown)
+                gone = None if unknown else self.growth.at_failure(known, outcome.reached)
+                ending = None if unknown or gone else self._gradients.ending(outcome)
+                wrong = ending or failed_with(self.model, outcome, unknown, gone)
                 raise IntegrationError(
                     f"Model '{self.model.name}'",
                     found=wrong.message,
@@ -323,6 +330,10 @@ class SteppedPhase:
         self._look_at_contacts()
         return {**numbers_of(self.integrator, self.system, self.variables), **added, **self.contact_counts}
 
+    def _steps(self) -> int:
+        """Return how many steps the integrator has taken since it began."""
+        return 0 if self.variables is None else int(self.integrator.statistics(self.variables).get("steps", 0))
+
     def _look_at_contacts(self) -> None:
         found = self.contacts.look(self.system, getattr(self.variables, "switching", None))
         self.contact_counts = together(self.contact_counts, found)
@@ -336,7 +347,8 @@ class SteppedPhase:
             self.energy.look(block, getattr(self.variables, "switching", None))
             self.looked = len(self.rows)
         self._look_at_contacts()
-        steps = self.integrator.statistics(self.variables).get("steps", 0)
+        steps = self._steps()
+        validity.tell(self.growth.sentences([*self.rows, self.last], self.t, steps))
         error = told_of(self.integrator, self.system, self.variables)
         if error is not None and not self.error_told and (sentences := error.sentences(self.integrator)):
             self.error_told = True

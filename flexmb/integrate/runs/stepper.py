@@ -341,6 +341,7 @@ def stepper(
     told += stiff
     validity = Validity()
     validity.tell(told)
+    validity.note([*system.unlocated])
     with listening() as begun:
         phase = new_phase(model, system, begin, chosen, float(t_end), keep=keep)
     validity.keep([*heard, *begun])
