@@ -20,7 +20,7 @@ __all__ = ["factorising", "solving"]
 def _columns(flexible, n, loads):
     """Return the columns of a place for loads, which stiffness changes at interfaces, or for rows of equations."""
     place = flexible.places[n]
-    return flexible.loaded[place.kept] if loads == 1 and place.interface >= 0 else flexible.E[n]
+    return flexible.loaded[place.kept] if loads == 1 and place.interface >= 0 else flexible.E[place.kept]
 
 
 @inner_kernel

@@ -101,21 +101,21 @@ def _totals(x, v, body, c, ww1, vn, by_shape, by_rate, sums):
 
 
 @inner_kernel
-def _own_inertia(link, sums, vw0, vw, P):
+def _own_inertia(rest, sums, vw, P):
     """Write the inertia of the frame for the present shape to P (6, 8).
 
-    sums : of `_totals`; vw (9,) : what the modes add to M_vw
+    rest : mass, M_ww (6,) and M_vw (9,) without deformation; sums : of `_totals`; vw (9,) : what the modes add to M_vw
     """
-    J = link.J
-    xx, yy, zz = J[0] + sums[0], J[3] + sums[1], J[5] + sums[2]
-    xy, yz, xz = J[1] + sums[3], J[4] + sums[4], J[2] + sums[5]
+    mass = rest[0]
+    xx, yy, zz = rest[1] + sums[0], rest[4] + sums[1], rest[6] + sums[2]
+    xy, yz, xz = rest[2] + sums[3], rest[5] + sums[4], rest[3] + sums[5]
     P[0, 0], P[0, 1], P[0, 2] = xx, xy, xz
     P[1, 0], P[1, 1], P[1, 2] = xy, yy, yz
     P[2, 0], P[2, 1], P[2, 2] = xz, yz, zz
     for i in range(3):
         for k in range(3):
-            P[3 + i, k] = P[k, 3 + i] = vw0[3 * i + k] + vw[3 * i + k]
-            P[3 + i, 3 + k] = link.mass if i == k else 0.0
+            P[3 + i, k] = P[k, 3 + i] = rest[7 + 3 * i + k] + vw[3 * i + k]
+            P[3 + i, 3 + k] = mass if i == k else 0.0
         P[i, 7], P[3 + i, 7] = 0.0, 0.0
 
 
@@ -276,7 +276,7 @@ def own_terms(tree, body, work, scratch, P, K, L, B):
     """
     c, m = tree.flexible.constants, body.m
     size, at = filled(m), body.constants
-    link, row = tree.links[body.link], tree.rows[body.link]
+    row = tree.rows[body.link]
     by_shape, by_rate, sums = scratch[0], scratch[1], tree.flexible.sums
     turned = (10 + body.stiffened) * size
     eights = turned // WIDTH + 2
@@ -291,7 +291,7 @@ def own_terms(tree, body, work, scratch, P, K, L, B):
     _totals(tree.x, tree.v, body, c, fixed, fixed + 9 * size, by_shape, by_rate, sums)
     nn = fixed + 21 * size
     at = nn + (m + 6) * size
-    _own_inertia(link, sums, c[at : at + 9], by_shape[turned:], P)
+    _own_inertia(c[at : at + 16], sums, by_shape[turned:], P)
     _velocity_terms(V, sums, by_rate[7 * size :], P)
     _modal_rows(V, body, c, fixed, g, by_shape, by_rate, L, B)
     _modal_inertia(body, c, nn, g, K)
@@ -299,7 +299,7 @@ def own_terms(tree, body, work, scratch, P, K, L, B):
     interfaces = (10 + body.by_inertia) * size
     if body.shapes > 0 or body.turning > 0 or body.stiffened > 0:
         last = by_shape[interfaces + 6 * body.by_interfaces * size :]
-        _add_loads(body, row, c, at + 9, tree.x, tree.v, work.loads, work.energy, last, P, L)
+        _add_loads(body, row, c, at + 16, tree.x, tree.v, work.loads, work.energy, last, P, L)
     if len(tree.program.forces) > 0:
         for i in range(3):
             P[3 + i, 6] += work.residual[body.u + i]

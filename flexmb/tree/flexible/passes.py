@@ -11,30 +11,33 @@ import numpy as np
 
 from flexmb.math.eights import WIDTH, keep, put, read
 from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.prefetch import ask, ask_to_write
 from flexmb.math.rotations import matrix_to_euler
 from flexmb.math.tables import pointer_kernel
 from flexmb.tree.flexible.carried import add_links, eliminate, hang, stiffened_columns
 from flexmb.tree.flexible.inertia import filled, own_terms
-from flexmb.tree.flexible.shapes import clear_inertia, place_bend, place_mount, shape
-from flexmb.tree.flexible.tables import RIGID
+from flexmb.tree.flexible.shapes import clear_inertia, place_bend, place_mount, rate_of_place, shape, write_columns
+from flexmb.tree.flexible.tables import BENT, JOINT, PLACE, RIGID
 from flexmb.tree.flexible.wide import add_own, clear_wide, force_with_bias, give_wide, move_wide, moved, open_wide
 from flexmb.tree.rigid.link_tree import PASS, SPREAD
 from flexmb.tree.rigid.passes import gather, let_fall, spread
-from flexmb.tree.rigid.places import BEND, FRAME, MOUNT, carry, place_links
+from flexmb.tree.rigid.places import BEND, FRAME, LINK, MOUNT, carry, place_light, place_links
 
 __all__ = ["gathering", "placing", "spreading", "write_bodies"]
+
+AHEAD = 3
+"""So many runs before they are needed, links are asked for on the way to the root: one flexible body of a chain."""
+
+LINK_BYTES, PLACE_BYTES, BENT_BYTES, PRESENT_BYTES = LINK.itemsize, PLACE.itemsize, BENT.itemsize, 96
 
 
 @inner_kernel
 def _write_shape(tree, n, body, A, motion, x):
-    """Write columns, axes and motion of place n of a body."""
+    """Write axes and motion of place n of a body, and keep what its columns are made of."""
     flexible = tree.flexible
-    place, E, s = flexible.places[n], flexible.E[n], flexible.lever[n]
+    shapes = flexible.places[n].shapes
     eta, rate = tree.x[body.coordinate :], tree.v[body.rate :]
-    shapes, rises = flexible.shapes[place.shapes], flexible.rises[place.shapes]
-    shape(place, shapes, rises, body.m, eta, rate, E, A, motion, x)
-    for i in range(3):
-        s[i] = motion[i]
+    shape(flexible.rests[shapes], flexible.rises[shapes], body.m, eta, rate, flexible.present[n], A, motion, x)
 
 
 @pointer_kernel(PASS)
@@ -42,20 +45,25 @@ def placing(tree, work):
     """Place all links in their parents, write their twists, and own inertias and forces of the rigid ones."""
     flexible, links, rows = tree.flexible, tree.links, tree.rows
     A, motion, x = np.empty((3, 3)), np.empty(12), np.empty(2 * WIDTH)
+    rows[len(links)].twist[:] = 0.0
     for n in range(len(flexible.runs)):
-        first, last, kind = flexible.runs[n, 0], flexible.runs[n, 1], flexible.runs[n, 2]
-        if kind != BEND and kind != MOUNT:
-            place_links(links, rows, tree.x, tree.v, tree.a, first, last)
-            continue
+        run = flexible.runs[n]
+        first = run.first
         link, row = links[first], rows[first]
-        if kind == MOUNT:
-            place = flexible.places[link.block]
-            _write_shape(tree, link.block, flexible.bodies[place.body], A, motion, x)
+        if run.light == 1:
+            place_light(link, row, rows[link.parent], tree.x, tree.v, tree.a, A)
+            continue
+        if run.kind != BEND and run.kind != MOUNT:
+            place_links(links, rows, tree.x, tree.v, tree.a, first, run.last)
+            continue
+        if run.kind == MOUNT:
+            place = flexible.places[run.block]
+            _write_shape(tree, run.block, flexible.bodies[place.body], A, motion, x)
             place_mount(row, rows[link.parent], A, motion)
             if place.rigid == 1:
                 clear_inertia(row)
             continue
-        body = flexible.bodies[link.block]
+        body = flexible.bodies[run.block]
         if body.clamp >= 0:
             _write_shape(tree, body.clamp, body, A, motion, x)
         else:
@@ -88,11 +96,13 @@ def write_bodies(tree, work):
 def _columns(tree, body, n, products, at):
     """Return the columns for motions of a place and those for loads, which stiffness changes at interfaces."""
     flexible = tree.flexible
-    place, E = flexible.places[n], flexible.E[n]
+    place = flexible.places[n]
+    E = flexible.E[place.kept]
+    write_columns(flexible.shapes[place.shapes], body.m, flexible.present[n], E)
     if place.interface < 0:
         return E, E
     loaded, own = flexible.loaded[place.kept], products[at + 6 * place.interface * filled(body.m) :]
-    stiffened_columns(flexible.lever[n], body.m, own, E, loaded)
+    stiffened_columns(flexible.present[n], body.m, own, E, loaded)
     return E, loaded
 
 
@@ -146,6 +156,25 @@ def _gather_body(tree, work, link, row, P, out):
     return True
 
 
+@inner_kernel
+def _ask(tree, run):
+    """Ask for what the run of links needs that comes soon."""
+    flexible = tree.flexible
+    if run.kind == RIGID:  # they come in order
+        return
+    ask(tree.links, run.first, LINK_BYTES)
+    ask_to_write(tree.rows, run.first, run.kept)
+    if run.kind == JOINT:
+        return
+    ask(flexible.places, run.place, PLACE_BYTES)
+    ask(flexible.present, run.place, PRESENT_BYTES)
+    if run.kind == BEND:
+        ask(flexible.bodies, run.block, BENT_BYTES)
+        L = flexible.L
+        ask_to_write(L, run.block, 8 * L.shape[1] * L.shape[2])
+        ask_to_write(flexible.eta, run.block, 8 * L.shape[1])
+
+
 @pointer_kernel(PASS)
 def gathering(tree, work):
     """Pass inertias and forces on to the parents; run.failed gets -1, or a link whose motion has no inertia."""
@@ -154,11 +183,14 @@ def gathering(tree, work):
     pivots, column = np.empty(6, np.int64), np.empty(6)
     tree.run[0].failed = -1
     for n in range(len(flexible.runs) - 1, -1, -1):
-        k, last, kind = flexible.runs[n, 0], flexible.runs[n, 1], flexible.runs[n, 2]
+        run = flexible.runs[n]
+        k, kind = run.first, run.kind
+        if n >= AHEAD:
+            _ask(tree, flexible.runs[n - AHEAD])
         if kind == MOUNT:  # its body collects
             continue
         if kind == RIGID:
-            tree.run[0].failed = gather(links, rows, blocks, tree.tau, k, last)
+            tree.run[0].failed = gather(links, rows, blocks, tree.tau, k, run.last)
             if tree.run[0].failed >= 0:
                 return
             continue
@@ -168,47 +200,47 @@ def gathering(tree, work):
             good = _gather_body(tree, work, link, row, P, out)
         else:
             block, factor = blocks[link.block], flexible.factors[link.block]
-            good = open_wide(link, row, wide, block, factor, tree.tau, A, pivots, column, flexible.sums)
+            good = open_wide(link, row, wide, run.light, block, factor, tree.tau, A, pivots, column, flexible.sums)
         if not good:
             tree.run[0].failed = k
             return
         if link.parent >= 0 and link.kind != FRAME:
             parent = flexible.wide[flexible.wide_of[link.parent]]
-            give_wide(row, wide.P, rows[link.parent], parent, flexible.runs[n, 3] == 1, out)
+            give_wide(row, wide.P, rows[link.parent], parent, run.gives_first == 1, out)
 
 
 @inner_kernel
-def _bend(flexible, link, row, a):
+def _bend(flexible, link, row, a, x):
     """Write the modal second rates of a flexible body, of whose frame `row` has the rate with the own marker."""
     body = flexible.bodies[link.block]
     m = body.m
     L, eta = flexible.L[link.block], flexible.eta[link.block]
     V = row.rate
     for j in range(m):
-        x = eta[j]
+        y = eta[j]
         for i in range(6):
-            x -= L[j, i] * V[i]
-        a[body.rate + j] = x
+            y -= L[j, i] * V[i]
+        a[body.rate + j] = y
     if body.clamp >= 0:
-        E = flexible.E[body.clamp]
-        for i in range(6):
-            x = 0.0
-            for j in range(m):
-                x += E[i, j] * a[body.rate + j]
-            V[i] -= x
+        rises = flexible.rises[flexible.places[body.clamp].shapes]
+        p, q, r, u, v, w = rate_of_place(rises, m, flexible.present[body.clamp], a, body.rate, x)
+        V[0] -= p
+        V[1] -= q
+        V[2] -= r
+        V[3] -= u
+        V[4] -= v
+        V[5] -= w
 
 
 @inner_kernel
-def _ride(flexible, link, row, of_parent, weight, a, moving):
+def _ride(flexible, link, row, of_parent, weight, a, moving, x):
     """Write the rate of a marker of a flexible body."""
     place = flexible.places[link.block]
     body = flexible.bodies[place.body]
-    E = flexible.E[link.block]
-    for i in range(6):
-        x = of_parent.rate[i]
-        for j in range(body.m):
-            x += E[i, j] * a[body.rate + j]
-        moving[i] = x
+    rises, present, V = flexible.rises[place.shapes], flexible.present[link.block], of_parent.rate
+    p, q, r, u, v, w = rate_of_place(rises, body.m, present, a, body.rate, x)
+    moving[0], moving[1], moving[2] = V[0] + p, V[1] + q, V[2] + r
+    moving[3], moving[4], moving[5] = V[3] + u, V[4] + v, V[5] + w
     carry(row, moving, row.rate)
     for i in range(6):
         row.rate[i] += weight * row.bias[i]
@@ -218,22 +250,23 @@ def _ride(flexible, link, row, of_parent, weight, a, moving):
 def spreading(tree, weight):
     """Write the second rates tree.a from the roots to the leaves, and the forces on driven rates: see `spread`."""
     flexible, links, rows, blocks = tree.flexible, tree.links, tree.rows, tree.blocks
-    column = np.empty(6)
+    column, x = np.empty(6), np.empty(WIDTH)
     let_fall(rows[len(links)], tree.gravity, weight)
     for n in range(len(flexible.runs)):
-        k, last, kind = flexible.runs[n, 0], flexible.runs[n, 1], flexible.runs[n, 2]
+        run = flexible.runs[n]
+        k, kind = run.first, run.kind
         if kind == RIGID:
-            spread(links, rows, blocks, weight, tree.tau, tree.a, k, last)
+            spread(links, rows, blocks, weight, tree.tau, tree.a, k, run.last)
             continue
         link, row = links[k], rows[k]
         of_parent = rows[link.parent]
         if kind == MOUNT:
-            _ride(flexible, link, row, of_parent, weight, tree.a, column)
+            _ride(flexible, link, row, of_parent, weight, tree.a, column, x)
         elif kind == BEND:
             carry(row, of_parent.rate, row.rate)
             for i in range(6):
                 row.rate[i] += weight * row.bias[i]
-            _bend(flexible, link, row, tree.a)
+            _bend(flexible, link, row, tree.a, x)
         else:
             wide, block, factor = flexible.wide[flexible.wide_of[k]], blocks[link.block], flexible.factors[link.block]
             move_wide(link, row, wide, block, factor, of_parent, weight, tree.tau, column, tree.a)

@@ -13,7 +13,7 @@ from flexmb.math.eights import WIDTH, keep, less, more, read, same, times
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.rigid.places import carry
 
-__all__ = ["clear_inertia", "place_bend", "place_mount"]
+__all__ = ["clear_inertia", "place_bend", "place_mount", "rate_of_place", "shape", "write_columns"]
 
 SMALL = 2.5e-3
 """Square of an angle below which series are exact to the last digit, rad2."""
@@ -49,9 +49,10 @@ def _sums(rises, m, eta, rate, out):
     keep(out, WIDTH, b)
 
 
-@inner_kernel
-def _write_columns(shapes, m, T, x, y, z, E):
-    """Write [T Phi_r; Phi_t + s~ T Phi_r] of shapes (6, m), s = (x, y, z), to E."""
+@kernel
+def write_columns(shapes, m, present, E):
+    """Write [T Phi_r; Phi_t + s~ T Phi_r] of shapes (6, m) to E; present (12,) has s and T."""
+    x, y, z, T = present[0], present[1], present[2], present[3:]
     for at in range(0, m, WIDTH):
         a, b, c = read(shapes, (3, at)), read(shapes, (4, at)), read(shapes, (5, at))
         f = more(more(times(T[0], a), T[1], b), T[2], c)
@@ -66,10 +67,28 @@ def _write_columns(shapes, m, T, x, y, z, E):
 
 
 @kernel
-def shape(place, shapes, rises, m, eta, rate, E, A, motion, x):
-    """Write a marker of a deformed body: columns E (6, m), axes A (3, 3), and its motion (12,).
+def rate_of_place(rises, m, present, rates, first, x):
+    """Return what modal rates or second rates, from `first` on, add to the twist of a place at the body's origin: E
+    times them, as six numbers. x (8,) is scratch.
+    """
+    a = same(0.0)
+    for j in range(m):
+        a = more(a, rates[first + j], read(rises, (j, 0)))
+    keep(x, 0, a)
+    u, v, w = x[3], x[4], x[5]
+    p = present[3] * u + present[4] * v + present[5] * w
+    q = present[6] * u + present[7] * v + present[8] * w
+    r = present[9] * u + present[10] * v + present[11] * w
+    u, v, w = present[0], present[1], present[2]
+    return p, q, r, x[0] + v * r - w * q, x[1] + w * p - u * r, x[2] + u * q - v * p
 
-    The motion has s, its rate, the spin T theta' and T' theta', in body axes. x (16,) is scratch.
+
+@kernel
+def shape(rest, rises, m, eta, rate, present, A, motion, x):
+    """Write a marker of a deformed body: s and T to `present` (12,), axes A (3, 3), and its motion (12,).
+
+    The motion has s, its rate, the spin T theta' and T' theta', in body axes. x (16,) is scratch. rest (12,) : s and
+    axes of the undeformed one
     """
     _sums(rises, m, eta, rate, x)
     p, q, r = x[3], x[4], x[5]
@@ -101,12 +120,15 @@ def shape(place, shapes, rises, m, eta, rate, E, A, motion, x):
         d + b * r * r,
     )
     for j in range(3):
-        u, v, w = place.A[0, j], place.A[1, j], place.A[2, j]
+        u, v, w = rest[3 + j], rest[6 + j], rest[9 + j]
         A[0, j] = X[0] * u + X[1] * v + X[2] * w
         A[1, j] = X[3] * u + X[4] * v + X[5] * w
         A[2, j] = X[6] * u + X[7] * v + X[8] * w
-    sx, sy, sz = place.s[0] + x[0], place.s[1] + x[1], place.s[2] + x[2]
-    _write_columns(shapes, m, T, sx, sy, sz, E)
+    sx, sy, sz = rest[0] + x[0], rest[1] + x[1], rest[2] + x[2]
+    present[0], present[1], present[2] = sx, sy, sz
+    present[3], present[4], present[5] = T[0], T[1], T[2]
+    present[6], present[7], present[8] = T[3], T[4], T[5]
+    present[9], present[10], present[11] = T[6], T[7], T[8]
     u, v, w = x[11], x[12], x[13]
     motion[0], motion[1], motion[2] = sx, sy, sz
     motion[3], motion[4], motion[5] = x[8], x[9], x[10]

@@ -10,11 +10,11 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.math.eights import WIDTH
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Integers, structure
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, structure
 from flexmb.model.modal_link import ModalLink
-from flexmb.tree.rigid.places import BEND, MOUNT
+from flexmb.tree.rigid.places import BEND, LINK_STATE, MOUNT
 
-__all__ = ["BENT", "FACTOR", "PLACE", "RIGID", "WIDE", "Flexible", "Packed", "new_flexible"]
+__all__ = ["BENT", "FACTOR", "PLACE", "RIGID", "RUN", "WIDE", "Flexible", "Packed", "new_flexible", "wide_places"]
 
 Cubes = Annotated[np.ndarray, ArrayOf(float, 3)]
 
@@ -23,24 +23,24 @@ RIGID, JOINT = 0, 1
 
 BENT = np.dtype(
     [
-        ("link", np.int64),  # place of its link
-        ("m", np.int64),  # modes
-        ("coordinate", np.int64),  # place of its first modal coordinate
-        ("rate", np.int64),  # place of its first modal rate
-        ("q", np.int64),  # first coordinate and velocity of the body
-        ("u", np.int64),
-        ("constants", np.int64),  # first of its numbers, see `Packed`
-        ("stiffened", np.int64),  # matrices of geometric stiffness: 12 of inertia or none,
-        ("by_inertia", np.int64),
-        ("by_interfaces", np.int64),  # six for each of so many interfaces,
-        ("by_loads", np.int64),  # one for each load shape or none, and the last one of the preload
-        ("shapes", np.int64),  # load shapes
-        ("turning", np.int64),  # matrices by which they turn
-        ("first_load", np.int64),  # place of the first amount in work.loads
-        ("kept", np.int64),  # place of its K and B
-        ("clamp", np.int64),  # place of its own marker among the flexible places, -1: the frame itself
-        ("first", np.int64),  # other markers of it that carry links or are seen: from here
-        ("last", np.int64),  # to before here
+        ("link", np.int32),  # place of its link
+        ("m", np.int32),  # modes
+        ("coordinate", np.int32),  # place of its first modal coordinate
+        ("rate", np.int32),  # place of its first modal rate
+        ("q", np.int32),  # first coordinate and velocity of the body
+        ("u", np.int32),
+        ("constants", np.int32),  # first of its numbers, see `Packed`
+        ("stiffened", np.int32),  # matrices of geometric stiffness: 12 of inertia or none,
+        ("by_inertia", np.int32),
+        ("by_interfaces", np.int32),  # six for each of so many interfaces,
+        ("by_loads", np.int32),  # one for each load shape or none, and the last one of the preload
+        ("shapes", np.int32),  # load shapes
+        ("turning", np.int32),  # matrices by which they turn
+        ("first_load", np.int32),  # place of the first amount in work.loads
+        ("kept", np.int32),  # place of its K and B
+        ("clamp", np.int32),  # place of its own marker among the flexible places, -1: the frame itself
+        ("first", np.int32),  # other markers of it that carry links or are seen: from here
+        ("last", np.int32),  # to before here
     ],
     align=True,
 )
@@ -48,16 +48,14 @@ BENT = np.dtype(
 
 PLACE = np.dtype(
     [
-        ("link", np.int64),  # place of the link that it is, -1 of a clamp
-        ("body", np.int64),  # place of the flexible body
-        ("loaded", np.int64),  # 1: carries links,
-        ("rigid", np.int64),  # 1: some of them without anything flexible,
-        ("wide", np.int64),  # 1: some of them with it
-        ("kept", np.int64),  # place of its columns for loads, of an interface of a stiffened body
-        ("interface", np.int64),  # number of the interface whose wrench stiffens the body, -1: none
-        ("shapes", np.int64),  # place of its shapes: `Flexible.shapes`
-        ("s", float, 3),  # m, undeformed, in body axes
-        ("A", float, (3, 3)),  # axes there
+        ("link", np.int32),  # place of the link that it is, -1 of a clamp
+        ("body", np.int32),  # place of the flexible body
+        ("loaded", np.int32),  # 1: carries links,
+        ("rigid", np.int32),  # 1: some of them without anything flexible,
+        ("wide", np.int32),  # 1: some of them with it
+        ("kept", np.int32),  # place of its columns, of all places the first where no loops need them later
+        ("interface", np.int32),  # number of the interface whose wrench stiffens the body, -1: none
+        ("shapes", np.int32),  # place of its shapes and of where it is undeformed: `Flexible.shapes`
     ],
     align=True,
 )
@@ -68,6 +66,24 @@ WIDE = np.dtype([("P", float, (6, WIDTH)), ("gain", float, 6)], align=True)
 
 FACTOR = np.dtype([("D", float, (6, 6)), ("column", float, (3, 3)), ("row", float, (3, 3))], align=True)
 """Of several freedoms: the inverse of their inertia; of a ball, C J^-1 and J^-1 B of [J, B; C, M]."""
+
+RUN = np.dtype(
+    [
+        ("first", np.int32),  # links from here
+        ("last", np.int32),  # to before here
+        ("kind", np.int32),  # RIGID without anything flexible, one JOINT, BEND or MOUNT
+        ("gives_first", np.int32),  # 1: it is the first to give an inertia to its parent
+        ("light", np.int32),  # 1: a joint without inertia of its own, or of rigid links on it
+        ("block", np.int32),  # place of the flexible body, or of the marker
+        ("place", np.int32),  # of the marker, or the body's own one, or the first
+        ("kept", np.int32),  # bytes of its numbers at a state that passes use: `LINK_STATE`
+    ],
+    align=True,
+)
+"""Links of one kind, one after another."""
+
+LINE = 64
+"""Bytes that the processor's memory takes at once; eight numbers."""
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 """Order of the six numbers of a symmetric matrix."""
@@ -81,11 +97,9 @@ class Flexible(NamedTuple):
     places: Annotated[np.ndarray, ArrayOf(PLACE)]
     wide: Annotated[np.ndarray, ArrayOf(WIDE)]
     wide_of: Integers
-    """(nl,) place of a link's wide inertia, -1: its inertia is symmetric, nothing flexible hangs on it"""
-    runs: IntegerRows
-    """(nr, 4) links from the first to before the last, and what they are: RIGID without anything flexible, one JOINT,
-    the frame of one flexible body (BEND), one of its markers (MOUNT); 1: it is the first to give an inertia to its
-    parent"""
+    """(nl,) place of a link's wide inertia, -1: its inertia is symmetric, nothing flexible hangs on it; links share one
+    if it is not needed after the pass from the leaves"""
+    runs: Annotated[np.ndarray, ArrayOf(RUN)]
     factors: Annotated[np.ndarray, ArrayOf(FACTOR)]
     """of wide links of several freedoms, by their blocks"""
     constants: Floats
@@ -94,12 +108,14 @@ class Flexible(NamedTuple):
     them as in what follows"""
     rises: Cubes
     """(ns, mm, 8) the same by modes"""
+    rests: FloatRows
+    """(ns, 12) m, their undeformed places in body axes, and the axes there, row by row"""
+    present: FloatRows
+    """(np, 12) m, places in the body, and T (3, 3) of what turned them, row by row"""
     E: Cubes
-    """(np, 6, mm) modal columns of their twists at the origin of the body"""
+    """(nk, 6, mm) modal columns of their twists at the origin of the body; kept of every place where loops need them"""
     loaded: Cubes
-    """(nk, 6, mm) the same with what wrenches do through the stiffness; kept of every place where loops need them"""
-    lever: FloatRows
-    """(np, 3) m, places in the body"""
+    """(nk, 6, mm) the same with what wrenches do through the stiffness"""
     L: Cubes
     """(nb, mm, 8) of the bodies: K^-1 (L, h)"""
     K: Cubes
@@ -140,19 +156,20 @@ class Packed:
     Rows over the modes are filled up to eights, mm numbers. For each mode a row of ww2 (6, mm), wn1 (3, mm), stiffness
     (mm,), geometric stiffness (n, mm), vw1 (9,), by eights of columns; then one of wn1 (3, mm), its part that changes
     sign with the order of two modes, twice (3, mm), damping (mm,), vw1 (9,); then ww1 (6, mm), wn0 (3, mm), vn (3, mm),
-    vw1 (9, mm), nn (m, mm), mean (6, mm), vw0 (9,), load shapes, their turning.
+    vw1 (9, mm), nn (m, mm), mean (6, mm), mass, ww0 (6,), vw0 (9,), load shapes, their turning.
     """
 
     def __init__(self):
         self.known: dict[bytes, int] = {}
         self.parts: list[np.ndarray] = []
         self.shapes: list[np.ndarray] = []
+        self.rests: list[np.ndarray] = []
         self.known_shapes: dict[bytes, int] = {}
         self.size = 0
 
     def add(self, numbers: np.ndarray) -> int:
         """Return where numbers stand."""
-        numbers = np.ascontiguousarray(numbers, float).ravel()
+        numbers = _filled(np.ravel(numbers))
         key = numbers.tobytes()
         if key not in self.known:
             self.known[key] = self.size
@@ -184,7 +201,7 @@ class Packed:
         by_rate = (*spins, *np.moveaxis(odd, 1, 0), data.damping.T, vw1)
         parts = [_by_eights(by_shape), _by_eights(by_rate)]
         parts += [_filled(rows) for rows in (ww1, data.wn0, data.vn, vw1.T, data.nn, data.mean)]
-        parts += [data.vw0, data.load_shapes, data.load_turning]
+        parts += [[data.mass], data.ww0[np.triu_indices(3)], data.vw0, data.load_shapes, data.load_turning]
         row["m"], row["stiffened"] = m, len(G)
         row["constants"] = self.add(np.concatenate([np.ravel(part) for part in parts]))
         if len(G):
@@ -194,25 +211,84 @@ class Packed:
 
     def place(self, row, data: ModalLink, k: int, stiffened: bool) -> None:
         """Write the constants of marker k of a body to its row (PLACE); is the body stiffened at all?"""
-        row["s"], row["A"] = data.positions[k], data.axes[k]
+        rest = np.concatenate([data.positions[k], np.ravel(data.axes[k])])
         row["interface"] = k if stiffened and k < len(data.interface_stiffening) else -1
         shapes = np.ascontiguousarray(np.concatenate([data.translations[k], data.rotations[k]]))
-        row["shapes"] = self.known_shapes.setdefault(shapes.tobytes(), len(self.shapes))
+        row["shapes"] = self.known_shapes.setdefault(shapes.tobytes() + rest.tobytes(), len(self.shapes))
         if row["shapes"] == len(self.shapes):
             self.shapes.append(shapes)
+            self.rests.append(rest)
 
 
-def _runs(links, wide_of) -> np.ndarray:
+def _runs(links, wide_of, bodies) -> np.ndarray:
     """Return the runs of links of one kind, rigid ones as long as they are."""
-    runs: list[list[int]] = []
+    runs: list[np.ndarray] = []
     last = {int(link["parent"]): k for k, (link, wide) in enumerate(zip(links, wide_of, strict=True)) if wide >= 0}
+    loaded = {int(link["parent"]) for link, wide in zip(links, wide_of, strict=True) if wide < 0}
     for k, (link, wide) in enumerate(zip(links, wide_of, strict=True)):
         kind = int(link["kind"]) if link["kind"] in (BEND, MOUNT) else JOINT if wide >= 0 else RIGID
-        if kind == RIGID and runs and runs[-1][2] == RIGID:
-            runs[-1][1] = k + 1
-        else:
-            runs.append([k, k + 1, kind, int(last.get(int(link["parent"]), -1) == k)])
-    return np.array(runs, np.int64).reshape(-1, 4)
+        if kind == RIGID and runs and runs[-1]["kind"] == RIGID:
+            runs[-1]["last"] = k + 1
+            continue
+        own = link["mass"] != 0.0 or np.any(link["h"]) or np.any(link["J"])
+        run = np.zeros((), RUN)
+        run["first"], run["last"], run["kind"], run["block"] = k, k + 1, kind, link["block"]
+        run["gives_first"] = last.get(int(link["parent"]), -1) == k
+        run["light"] = kind == JOINT and not own and k not in loaded
+        run["place"] = max(0, int(bodies[int(link["block"])]["clamp"])) if kind == BEND else link["block"]
+        uses_all = kind == JOINT and not run["light"]
+        run["kept"] = LINK_STATE.itemsize if uses_all else LINK_STATE.fields["J" if kind == JOINT else "gain"][1]
+        runs.append(run)
+    return np.array(runs, RUN).reshape(-1)
+
+
+def wide_places(links, carries, kept) -> np.ndarray:
+    """Return the place of each link's wide inertia, -1 of links that do not carry anything flexible.
+
+    Inertias pass from the leaves to the roots. A link gives its place back as soon as its parent has its inertia, so
+    that a chain gets along with three, which stay in the nearest memory; links that are `kept` (nl,) have their own.
+    Frames of flexible bodies, whose inertia goes to the joint at once, share the first.
+    """
+    places = np.where(links["kind"] == BEND, 0, -1)
+    free: list[int] = []
+    count = 1
+
+    def take(k: int) -> None:
+        nonlocal count
+        if k >= 0 and carries[k] and places[k] < 0:
+            places[k] = free.pop() if free and not kept[k] else count
+            count += int(places[k] == count)
+
+    mounts: dict[int, list[int]] = {}
+    for k in np.flatnonzero((links["kind"] == MOUNT) & carries):
+        mounts.setdefault(int(links[k]["parent"]), []).append(int(k))
+    for k in range(len(links) - 1, -1, -1):
+        if not carries[k] or links[k]["kind"] == MOUNT:  # its body takes its inertia
+            continue
+        done = mounts.get(k, []) if links[k]["kind"] == BEND else [k]
+        for n in done:
+            take(n)
+        if links[k]["kind"] == BEND:
+            free += [int(places[n]) for n in done if not kept[n]]
+        take(int(links[k]["parent"]))
+        if links[k]["kind"] != BEND and not kept[k]:
+            free.append(int(places[k]))
+    return places
+
+
+def _zeros(shape, dtype=float) -> np.ndarray:
+    """Return zeros that begin where a line of the processor's memory begins, so that no eight lie in two lines."""
+    dtype, count = np.dtype(dtype), int(np.prod(shape))
+    room = np.zeros(count * dtype.itemsize + LINE, np.uint8)
+    first = -room.ctypes.data % LINE
+    return room[first : first + count * dtype.itemsize].view(dtype).reshape(shape)
+
+
+def _placed(numbers: np.ndarray) -> np.ndarray:
+    """Return the same numbers, from the beginning of a line on."""
+    placed = _zeros(numbers.shape, numbers.dtype)
+    placed[...] = numbers
+    return placed
 
 
 def _tell_carried(links, wide_of, places) -> None:
@@ -233,8 +309,9 @@ def new_flexible(links, bodies, places, packed: Packed, wide_of, numbers: int, p
     _tell_carried(links, wide_of, places)
     most = -(-max((int(row["m"]) for row in bodies), default=1) // WIDTH) * WIDTH
     size = max((most * (10 + int(row["stiffened"])) for row in bodies), default=1) + 2 * WIDTH
-    shapes = np.zeros((len(packed.shapes), 6, most))
-    rises = np.zeros((len(packed.shapes), most, WIDTH))
+    rests = np.array(packed.rests, float).reshape(-1, 12)
+    shapes = _zeros((len(packed.shapes), 6, most))
+    rises = _zeros((len(packed.shapes), most, WIDTH))
     for own, turned, given in zip(shapes, rises, packed.shapes, strict=True):
         own[:, : given.shape[1]] = given
         turned[: given.shape[1], :6] = given.T
@@ -243,23 +320,24 @@ def new_flexible(links, bodies, places, packed: Packed, wide_of, numbers: int, p
     return Flexible(
         bodies=np.array(bodies, BENT),
         places=np.array(places, PLACE),
-        wide=np.zeros(wide, WIDE),
+        wide=_zeros(wide, WIDE),
         wide_of=np.asarray(wide_of, np.int64),
-        runs=_runs(links, wide_of),
+        runs=_runs(links, wide_of, bodies),
         factors=np.zeros(blocks if wide else 1, FACTOR),
-        constants=packed.numbers,
+        constants=_placed(packed.numbers),
         shapes=shapes,
         rises=rises,
-        E=np.zeros((count, 6, most)),
-        loaded=np.zeros((loaded, 6, most)),
-        lever=np.zeros((count, 3)),
-        L=np.zeros((nb, most, 8)),
-        K=np.zeros((kept, most, most)),
-        B=np.zeros((kept, 6, most)),
-        eta=np.zeros((nb, most)),
-        scratch=np.zeros((2, size)),
-        sums=np.zeros(3 * WIDTH),
-        zeros=np.zeros((6, WIDTH)),
+        rests=rests,
+        present=np.zeros((count, 12)),
+        E=_zeros((loaded, 6, most)),
+        loaded=_zeros((loaded, 6, most)),
+        L=_zeros((nb, most, 8)),
+        K=_zeros((kept, most, most)),
+        B=_zeros((kept, 6, most)),
+        eta=_zeros((nb, most)),
+        scratch=_zeros((2, size)),
+        sums=_zeros(3 * WIDTH),
+        zeros=_zeros((6, WIDTH)),
         rows=np.zeros(numbers),
         wrench=np.zeros((len(links) if wide else 0, 6)),
         upper=np.zeros(profile),

@@ -177,14 +177,16 @@ def _open_several(link, row, P, block, factor, tau, A, pivots, column):
 
 
 @kernel
-def open_wide(link, row, wide, block, factor, tau, A, pivots, column, sums):
+def open_wide(link, row, wide, light, block, factor, tau, A, pivots, column, sums):
     """Subtract what the joint's motion takes from inertia and force, velocity terms added; False without inertia.
 
+    light : 1 if the link has no inertia of its own or of rigid links on it
     A (6, 8), pivots (6,) of integers, column (6,), sums (8,) : scratch
     """
     P = wide.P
     row.load = 0.0
-    add_own(row, P)
+    if light == 0:
+        add_own(row, P)
     if link.kind == FRAME or link.kind == BALL:
         if not _open_several(link, row, P, block, factor, tau, A, pivots, column):
             return False

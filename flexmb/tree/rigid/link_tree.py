@@ -139,7 +139,7 @@ def link_tree(tree, chart, state, work) -> LinkTree:
         mark_of=mark_of,
         gravity=np.array(tree.model.gravity, float),
         closing=loops,
-        flexible=drawn.flexible(links, len(loops.push), len(loops.A)),
+        flexible=drawn.flexible(links, len(loops.push) if len(equations) else 0, len(loops.A)),
         chart=chart,
         program=_cut_program(system.program, equations),
         signals=np.zeros((max(1, system.n_signals), 3)),

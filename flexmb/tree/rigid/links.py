@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.tree.coordinates.motions import FREE, POINTS
-from flexmb.tree.flexible.tables import BENT, PLACE, Flexible, Packed, new_flexible
+from flexmb.tree.flexible.tables import BENT, PLACE, Flexible, Packed, new_flexible, wide_places
 from flexmb.tree.rigid.places import BALL, BEND, FIXED, FRAME, LINK, MOUNT, SINGLE
 
 __all__ = ["MARK", "Drawn", "link_marks", "link_rows"]
@@ -218,9 +218,8 @@ class Drawn:
             carries[k] |= kind == BEND or (kind == MOUNT and bool(self.places[int(links[k]["block"])]["loaded"]))
             if parent >= 0 and carries[k]:
                 carries[parent] = True
-        bends = links["kind"] == BEND  # whose inertia goes to the joint at once: they share a place, the first
-        own = carries & ~bends
-        wide_of = np.where(own, np.cumsum(own), np.where(bends, 0, -1))
+        kept = (links["driven"] == 1) | (numbers > 0)  # forces of drives and loops need inertias later
+        wide_of = wide_places(links, carries, kept)
         return new_flexible(links, self.bodies, self.places, self.packed, wide_of, numbers, profile)
 
 

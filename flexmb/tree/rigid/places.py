@@ -24,6 +24,7 @@ __all__ = [
     "MOUNT",
     "SINGLE",
     "carry",
+    "place_light",
     "place_links",
     "reach_axes",
     "read_axes",
@@ -63,17 +64,20 @@ LINK_STATE = np.dtype(
         ("twist", float, 6),  # m/s, rad/s
         ("bias", float, 6),  # what velocities make of its rate
         ("rate", float, 6),  # of the twist
-        ("J", float, 6),  # articulated inertia [J, H; H^T, M]: xx xy xz yy yz zz
-        ("H", float, (3, 3)),
-        ("M", float, 6),  # as J
         ("force", float, 6),  # that holds it at rate zero
         ("gain", float, 6),  # of one freedom: column of the inertia times mobility
         ("mobility", float),  # 1 over the inertia of its one freedom
         ("load", float),  # what is left for its one freedom
+        ("J", float, 6),  # articulated inertia [J, H; H^T, M]: xx xy xz yy yz zz
+        ("H", float, (3, 3)),
+        ("M", float, 6),  # as J
     ],
     align=True,
 )
-"""The numbers of a link at a state. Vectors are (angular, linear) in link axes, about its origin."""
+"""The numbers of a link at a state. Vectors are (angular, linear) in link axes, about its origin.
+
+Frames and markers of flexible bodies use those before the gain, their joints without inertia those before J.
+"""
 
 LINK_FACTOR = np.dtype(
     [
@@ -217,6 +221,15 @@ def _own(link, row):
     row.H[0, 0], row.H[1, 1], row.H[2, 2] = 0.0, 0.0, 0.0
     row.H[0, 1], row.H[0, 2], row.H[1, 0] = -z, y, z
     row.H[1, 2], row.H[2, 0], row.H[2, 1] = -x, -y, x
+
+
+@kernel
+def place_light(link, row, of_parent, q, v, a, Q):
+    """Place a link without inertia in its parent and write its twist; see `place_links`. Q (3, 3) is scratch."""
+    _place(link, row, q, Q)
+    carry(row, of_parent.twist, row.twist)
+    _move(link, row, v, a)
+    row.force[:] = 0.0
 
 
 @kernel
