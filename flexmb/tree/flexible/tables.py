@@ -201,7 +201,7 @@ class Packed:
         by_rate = (*spins, *np.moveaxis(odd, 1, 0), data.damping.T, vw1)
         parts = [_by_eights(by_shape), _by_eights(by_rate)]
         parts += [_filled(rows) for rows in (ww1, data.wn0, data.vn, vw1.T, data.nn, data.mean)]
-        parts += [[data.mass], data.ww0[np.triu_indices(3)], data.vw0, data.load_shapes, data.load_turning]
+        parts += [np.array([data.mass]), data.ww0[np.triu_indices(3)], data.vw0, data.load_shapes, data.load_turning]
         row["m"], row["stiffened"] = m, len(G)
         row["constants"] = self.add(np.concatenate([np.ravel(part) for part in parts]))
         if len(G):
@@ -223,6 +223,7 @@ class Packed:
 def _runs(links, wide_of, bodies) -> np.ndarray:
     """Return the runs of links of one kind, rigid ones as long as they are."""
     runs: list[np.ndarray] = []
+    fields = LINK_STATE.fields or {}
     last = {int(link["parent"]): k for k, (link, wide) in enumerate(zip(links, wide_of, strict=True)) if wide >= 0}
     loaded = {int(link["parent"]) for link, wide in zip(links, wide_of, strict=True) if wide < 0}
     for k, (link, wide) in enumerate(zip(links, wide_of, strict=True)):
@@ -237,7 +238,7 @@ def _runs(links, wide_of, bodies) -> np.ndarray:
         run["light"] = kind == JOINT and not own and k not in loaded
         run["place"] = max(0, int(bodies[int(link["block"])]["clamp"])) if kind == BEND else link["block"]
         uses_all = kind == JOINT and not run["light"]
-        run["kept"] = LINK_STATE.itemsize if uses_all else LINK_STATE.fields["J" if kind == JOINT else "gain"][1]
+        run["kept"] = LINK_STATE.itemsize if uses_all else fields["J" if kind == JOINT else "gain"][1]
         runs.append(run)
     return np.array(runs, RUN).reshape(-1)
 
@@ -260,18 +261,19 @@ def wide_places(links, carries, kept) -> np.ndarray:
             count += int(places[k] == count)
 
     mounts: dict[int, list[int]] = {}
-    for k in np.flatnonzero((links["kind"] == MOUNT) & carries):
-        mounts.setdefault(int(links[k]["parent"]), []).append(int(k))
+    for n in np.flatnonzero((links["kind"] == MOUNT) & carries).tolist():
+        mounts.setdefault(int(links[n]["parent"]), []).append(n)
     for k in range(len(links) - 1, -1, -1):
+        bends = links[k]["kind"] == BEND
         if not carries[k] or links[k]["kind"] == MOUNT:  # its body takes its inertia
             continue
-        done = mounts.get(k, []) if links[k]["kind"] == BEND else [k]
+        done = mounts.get(k, []) if bends else [k]
         for n in done:
             take(n)
-        if links[k]["kind"] == BEND:
+        if bends:
             free += [int(places[n]) for n in done if not kept[n]]
         take(int(links[k]["parent"]))
-        if links[k]["kind"] != BEND and not kept[k]:
+        if not bends and not kept[k]:
             free.append(int(places[k]))
     return places
 
