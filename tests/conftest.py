@@ -25,6 +25,7 @@ os.environ.setdefault("FLEXMB_BODIES", str(Path(tempfile.gettempdir()) / f"flexm
 
 import numpy as np
 import pytest
+from rewritten import rewrite_own_share
 
 # A shell starts background jobs with Ctrl-C ignored, and children inherit that: the tests of interruption need it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -80,10 +81,11 @@ def pytest_sessionstart(session):
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection():
+def pytest_collection(session):
     """Search no garbage while tests are collected, nor later among them: they stay to the end (a fifth of the time)."""
     gc.disable()
     try:
+        rewrite_own_share(session.config)
         return (yield)
     finally:
         gc.enable()
