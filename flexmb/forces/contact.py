@@ -339,6 +339,13 @@ class Contact(Force):
         """Return m, if there is friction."""
         return "m" if self.friction > 0.0 else ""
 
+    def depth_of_ball(self, gap: np.ndarray) -> tuple[float, float]:
+        """Return the penetration, m, of its switch, and the distance of the markers where there must be one."""
+        if gap[0] == DISTANCE:
+            way = float(np.linalg.norm(gap[1:4]))
+            return float(gap[7]) - way, way
+        return float(gap[7] - gap[1]), np.inf
+
     def record(self, compiler):
         """Return the row."""
         a, b = (compiler.marker(name) for name in self.markers)

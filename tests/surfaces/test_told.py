@@ -60,6 +60,57 @@ def test_overlap_at_the_start_is_told():
     assert not any("overlap" in told for told in fmb.check(ball_on_floor(5e-4, spacing=2e-3)).warnings)
 
 
+BALL, RING = fmb.Sphere(0.1), fmb.Torus(radius=0.1, tube=0.03)
+LONG = fmb.Capsule(radius=0.1, length=0.1)
+
+
+def two_at(way, shape, law=LAYER):
+    """Return two bodies of one shape, the second a little higher."""
+    free = {"mass": 1.0, "inertia": (0.01,) * 3}
+    return fmb.Model(
+        bodies=[fmb.RigidBody("b", **free), fmb.RigidBody("c", **free, at=(0, 0, way))],
+        surfaces=[
+            fmb.Surface("one", marker="b.center", shape=shape, spacing=0.03),
+            fmb.Surface("other", marker="c.center", shape=shape),
+        ],
+        forces=[fmb.SurfaceContact("touch", surfaces=("one", "other"), law=law)],
+    )
+
+
+@pytest.mark.parametrize("shape", [BALL, LONG, RING], ids=lambda s: type(s).__name__)
+def test_bodies_that_coincide_are_refused(shape):
+    """No sample lies inside the other body, and nothing says where to push it."""
+    for way in (fmb.check, lambda model: fmb.simulate(model, t_end=1e-3, samples=2)):
+        with pytest.raises(fmb.ModelError, match="'one' and 'other' around one place"):
+            way(two_at(0.0, shape))
+
+
+@pytest.mark.parametrize("shape", [BALL, LONG], ids=lambda s: type(s).__name__)
+def test_bodies_that_nearly_coincide_are_told(shape):
+    """Normals of both have one direction, so that no sample is counted."""
+    assert any("'one' and 'other' by 0." in told for told in fmb.check(two_at(1e-4, shape)).warnings)
+    assert not fmb.check(two_at(0.3, shape)).warnings
+
+
+@pytest.mark.parametrize(("against", "at"), [("plane", 0.05), ("sphere", 0.15), ("socket", 0.15), ("bore", 0.15)])
+def test_a_ball_that_begins_deep_is_told(against, at):
+    place = (at, 0, 0) if against == "bore" else (0, 0, at)
+    ball = fmb.RigidBody("b", mass=1.0, inertia=(1e-3,) * 3, at=place)
+    touch = fmb.Contact(
+        "touch",
+        markers=("ground.origin", "b.center"),
+        against=against,
+        radius=0.1,
+        other_radius=None if against == "plane" else 0.1 if against == "sphere" else 0.2,
+        stiffness=1e6,
+    )
+    model = fmb.Model(bodies=[fmb.Ground(), ball], forces=[touch])
+    assert any("ball lies 0.05 m deep" in told for told in fmb.check(model).warnings)
+    if against == "sphere":
+        with pytest.raises(fmb.ModelError, match="both markers at one place"):
+            fmb.check(model.with_parts(bodies=[]).changed("b", at=(0, 0, 0)))
+
+
 def test_work_of_friction_and_damping_is_in_the_balance():
     """What the energy loses is what the law dissipates, in every point of the surface: few of them do."""
     model = ball_on_floor(-1e-3, spacing=2e-3, velocity=(0.3, 0, -0.5), angular_velocity=(0, 3.0, 0))
