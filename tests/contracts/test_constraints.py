@@ -39,10 +39,14 @@ def test_gradient_is_the_derivative(kind, pair, rng):
     system, state = random_state(connected(kind, pair, rng), rng)
     work = system.workspace()
     G = equations_at(system, state, work).G.toarray()
+    at_velocity = system.program.equation_level == 1
     for d in np.diag(units(system)):
-        expected = derivative(lambda x, d=d: residuals(system, moved(system, state, d, x), work), H)
-        at_velocity = derivative(lambda x, d=d: residuals(system, state._replace(u=state.u + x * d), work), H)
-        expected = np.where(system.program.equation_level == 1, at_velocity, expected)
+        expected = np.zeros(system.ng)
+        if not at_velocity.all():
+            expected = derivative(lambda x, d=d: residuals(system, moved(system, state, d, x), work), H)
+        if at_velocity.any():
+            by_velocity = derivative(lambda x, d=d: residuals(system, state._replace(u=state.u + x * d), work), H)
+            expected = np.where(at_velocity, by_velocity, expected)
         np.testing.assert_allclose(G @ d, expected, rtol=DIFFERENCE, atol=DIFFERENCE)
 
 

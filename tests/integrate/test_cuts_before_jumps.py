@@ -44,7 +44,7 @@ def interrupted(number: int, **settings) -> fmb.Solution:
 def test_no_sample_is_passed_over(integrator, monkeypatch):
     """Cut off after every step near the second sample of the controller, t = 0.004 s."""
     monkeypatch.setattr(phases, "CHUNK", 0.0)  # the run looks up after every mark
-    settings = {"t_end": 0.3, "samples": 151, "integrator": integrator}
+    settings = {"t_end": 0.06, "samples": 31, "integrator": integrator}
     whole = fmb.simulate(cart(), **settings)
     seen = set()
     for number in range(2, 7):

@@ -44,12 +44,12 @@ def linkage() -> fmb.Model:
 
 def test_it_agrees_with_the_null_space_and_another_method():
     model = linkage()
-    found = fmb.simulate(model, 0.6, samples=4, integrator=fmb.Explicit(rtol=1e-10, atol=1e-12))
+    found = fmb.simulate(model, 0.6, samples=4, integrator=fmb.Explicit(rtol=1e-9, atol=1e-11))
     expected = fmb.simulate(
         model,
         0.6,
         samples=4,
-        integrator=fmb.Explicit(method="RK45", rtol=1e-10, atol=1e-12, formulation=fmb.NullSpace()),
+        integrator=fmb.Explicit(method="RK45", rtol=1e-9, atol=1e-11, formulation=fmb.NullSpace()),
     )
     for name in ("bob", "turn", "energy"):
         np.testing.assert_allclose(found[name], expected[name], atol=1e-6)

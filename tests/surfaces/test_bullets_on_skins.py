@@ -8,6 +8,7 @@ import warnings
 
 import numpy as np
 import pytest
+from by_turns import every_second
 from reduction.solids import block
 
 import flexmb as fmb
@@ -70,9 +71,7 @@ def run(model, duration, integrator):
         return fmb.simulate(model, duration, samples=2, integrator=integrator)
 
 
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "speed", "way"), every_second(METHODS, SPEEDS, WAYS))
 def test_points_of_a_stiff_skin(slab, method, speed, way):
     """The speed comes back within 0.5 %."""
     data, near = slab
@@ -126,9 +125,7 @@ def test_sheets_of_elements(speed, way):
         np.testing.assert_allclose(found["E"][-1].sum(), found["E"][0].sum(), rtol=0.02, err_msg=repr(method))
 
 
-@pytest.mark.parametrize("law", ["layer", "Hertz"])
-@pytest.mark.parametrize("speed", [1.0, 1000.0])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "speed", "law"), every_second(METHODS, [1.0, 1000.0], ["layer", "Hertz"]))
 def test_bullets_of_a_crowd(method, speed, law, monkeypatch):
     """Four that strike one after the other: normal speeds come back within 1 %, and along the plate they stay."""
     monkeypatch.setattr(surface_contact, "MOST_PAIRS", 0)

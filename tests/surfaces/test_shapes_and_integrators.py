@@ -6,6 +6,7 @@ that slides with friction mu at v stops after v^2 / (2 mu g).
 
 import numpy as np
 import pytest
+from by_turns import every_second
 
 import flexmb as fmb
 
@@ -52,9 +53,7 @@ def thrown(shape, floor, law, velocity, gravity, height=0.01):
     )
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
-@pytest.mark.parametrize("floor", FLOORS)
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(("shape", "floor", "integrator"), every_second(SHAPES, FLOORS, INTEGRATORS))
 def test_without_losses_it_comes_back_as_fast(shape, floor, integrator):
     law = fmb.ElasticFoundation(modulus=1e7, thickness=0.02)
     model = thrown(shape, floor, law, (0, 0, -SPEED), 0.0)
