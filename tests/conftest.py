@@ -26,6 +26,7 @@ os.environ.setdefault("FLEXMB_BODIES", str(Path(tempfile.gettempdir()) / f"flexm
 import numpy as np
 import pytest
 from rewritten import rewrite_own_share
+from spent import Spent
 
 # A shell starts background jobs with Ctrl-C ignored, and children inherit that: the tests of interruption need it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -59,6 +60,7 @@ def pytest_cmdline_main(config):
 
 def pytest_configure(config):
     os.environ.setdefault("FLEXMB_AHEAD", "0")  # the workers have the cores
+    config.pluginmanager.register(Spent(), "spent")
 
 
 def pytest_sessionstart(session):

@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from by_turns import every_second
 
 import flexmb as fmb
 from flexmb import fem
@@ -20,6 +21,7 @@ LENGTH, THICK, DENSITY, DEEP, BEFORE = 0.5, 0.02, 7800.0, 2e-3, 5e-3
 BAR, RADIUS, TOUCHED = 0.5, 0.05, 0.02
 LINE_MASS = 0.25 * np.pi * THICK**2 * DENSITY
 SPEEDS = (3.0, 30.0)
+FALLING = {"flat cable": ("cable", 0.0), "flat beam": ("beam", 0.0), "tilted cable": ("cable", 0.02)}
 KINDS = {"cable": fmb.AncfCable, "beam": fmb.AncfBeam}
 METHODS = {
     "alpha": lambda _: fmb.GeneralizedAlpha(follow_errors=False),
@@ -99,11 +101,10 @@ def end(model, duration, integrator):
     return found["v"][-1], found["E"][-1] / found["E"][0]
 
 
-@pytest.mark.parametrize(("kind", "tilt"), [("cable", 0.0), ("beam", 0.0), ("cable", 0.02)])
-@pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("method", METHODS)
-def test_lines_that_fall(method, speed, kind, tilt):
+@pytest.mark.parametrize(("method", "speed", "which"), every_second(METHODS, SPEEDS, FALLING))
+def test_lines_that_fall(method, speed, which):
     """Flat or point by point: within 0.3 % of their speed."""
+    kind, tilt = FALLING[which]
     v, energy = end(falling(kind, speed, tilt), 0.04 / speed, METHODS[method](speed))
     np.testing.assert_allclose(v / speed, (0.0, 0.0, 1.0), atol=3e-3)
     assert energy == pytest.approx(1.0, abs=3e-3)
@@ -114,9 +115,7 @@ def closely(kind, speed):
     return end(struck(kind, speed), 0.03 / speed, fmb.IDA(rtol=1e-9))[0]
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "speed", "kind"), every_second(METHODS, SPEEDS, KINDS))
 def test_bars_that_strike(method, speed, kind):
     v, energy = end(struck(kind, speed), 0.03 / speed, METHODS[method](speed))
     np.testing.assert_allclose(v, closely(kind, speed), atol=0.01 * speed)
