@@ -11,6 +11,8 @@ from flexmb.model.pose import rotation3, vector3
 
 __all__ = ["check_frame", "check_initial_strain", "frame_state"]
 
+UNTURNED = np.eye(3)
+
 
 def check_frame(body) -> None:
     """Check `at`, `rotation`, `velocity` and `angular_velocity` of a description; store vectors as tuples of floats."""
@@ -33,8 +35,9 @@ def check_initial_strain(body) -> None:
 def frame_state(body) -> tuple[np.ndarray, np.ndarray]:
     """Return (r, p) (7,) and (v, w) (6,) in body axes."""
     R = np.asarray(body.rotation)
-    p = np.empty(4)
-    matrix_to_euler(R, p)
+    p = np.array([1.0, 0.0, 0.0, 0.0])
+    if np.any(R != UNTURNED):  # a model drawn in the axes of W does not wait for this kernel
+        matrix_to_euler(R, p)
     q = np.concatenate([body.at, p])
     u = np.concatenate([R.T @ np.array(body.velocity), R.T @ np.array(body.angular_velocity)])
     return q, u

@@ -11,12 +11,15 @@ Systems, 2006, ch. 6.
 
 from __future__ import annotations
 
+import numpy as np
+
 from flexmb.math.block_pattern import BlockPattern
 from flexmb.math.kernel import entry_kernel, inner_kernel
+from flexmb.math.kernel_on_demand import KernelOnDemand, kernel_on_demand
 from flexmb.math.structures import array_type, numba_type
-from flexmb.math.tables import FLOATS
+from flexmb.math.tables import COUNT, FLOATS, void
 
-__all__ = ["lu_factor"]
+__all__ = ["eliminate", "lu_factor", "on_demand_for"]
 
 VANISHING = 1e-14
 """A pivot below this, relative to its row and to the terms whose difference it is, has no digits left."""
@@ -35,12 +38,13 @@ def _largest(row):
     return max(max(a, b), max(c, d))
 
 
-@inner_kernel
-def _eliminate(S, p, s, base, first, n, width):
+@kernel_on_demand(void, array_type(FLOATS), numba_type(BlockPattern), *[COUNT] * 5)
+def eliminate(S, p, s, base, first, n, width):
     """Subtract the multiples of an earlier block's rows from `n` rows that begin at `base`, the first of which is
     `first`; add to their scratch what the products are worth beside a pivot.
 
-    Four rows of the earlier block at a time: each value of a row is loaded and stored a quarter as often.
+    Four rows of the earlier block at a time: each value of a row is loaded and stored a quarter as often. A rigid body
+    on one joint has earlier blocks of six rows only.
     """
     block = p.source[s]
     m = p.block_start[block + 1] - p.block_start[block]
@@ -98,9 +102,15 @@ def _eliminate(S, p, s, base, first, n, width):
         p.scratch[first + i] += made_of
 
 
+def on_demand_for(p: BlockPattern) -> tuple[KernelOnDemand, ...]:
+    """Return what `lu_factor` calls on demand for matrices of a pattern."""
+    rows = np.diff(p.block_start)[p.source]
+    return (eliminate,) if np.any(rows != 6) else ()
+
+
 @inner_kernel
 def _eliminate_six(S, p, s, base, first, n, width):
-    """`_eliminate` for an earlier block of six rows: a node or a body. The row's multipliers stay in registers."""
+    """`eliminate` for an earlier block of six rows: a node or a body. The row's multipliers stay in registers."""
     block = p.source[s]
     start = p.row_start[p.block_start[block]]
     stride = p.row_start[p.block_start[block] + 1] - start
@@ -247,7 +257,7 @@ def lu_factor(S, p):
             if p.block_start[p.source[s] + 1] - p.block_start[p.source[s]] == 6:
                 _eliminate_six(S, p, s, base, first, n, width)
             else:
-                _eliminate(S, p, s, base, first, n, width)
+                eliminate(S, p, s, base, first, n, width)
         if n == 6:
             failed = _factor_six(S, p, first, base + own, width, width - own)
         else:

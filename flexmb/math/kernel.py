@@ -22,10 +22,10 @@ def kernel(function):
 
 
 def inner_kernel(function):
-    """Compile a function that only kernels of its own file call.
+    """Compile a function that only kernels call: of its own file if its name begins with an underscore, else of any.
 
     It gets no entry for Python: unpacking the tables of a system there takes longer to compile than many a function. A
-    call from Python would end the process; a test of the architecture sees to it that there is none.
+    call from Python would end the process; a test of the architecture sees to it that there is none, in tests neither.
     """
     return _compiled(function, called_from_python=False)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.constraints import EQUATIONS
+from flexmb.math.block_lu import on_demand_for
 from flexmb.math.jets import SignalCode, run_program
 from flexmb.math.tables import MARKER, STIFF
 from flexmb.model.described import check_kind
@@ -165,7 +166,8 @@ def _program(
     body_tables, force_tables = tables
     raw, starts = records
     tables_of_all = *body_tables, *constraints.tables, *force_tables
-    for called in {*([run_program] if signals else ()), *(one for t in tables_of_all for one in t.on_demand)}:
+    needed = {*on_demand_for(pattern), *([run_program] if signals else ())}
+    for called in needed.union(*(t.on_demand for t in tables_of_all)):
         called.ready()
     return Program(
         place=kernel_table([t.kernels["place"] for t in body_tables]),

@@ -31,7 +31,7 @@ def kernel_table(kernels) -> np.ndarray:
     return np.array([k.compiled.address for k in kernels], np.int64)
 
 
-@kernel
+@inner_kernel
 def run_kernels(addresses, first, program, state, work):
     """Call the kernels on their record tables, the first of which is number `first`."""
     for k in range(len(addresses)):
@@ -39,7 +39,7 @@ def run_kernels(addresses, first, program, state, work):
         call_row_kernel(addresses[k], program.raw[start:stop], program.bulk, state, work)
 
 
-@kernel
+@inner_kernel
 def assemble_constraints(program, work):
     """Write G and -G^T into the iteration matrix, with the part of G^T that stiffens reduced bodies.
 
@@ -73,7 +73,7 @@ def assemble_constraints(program, work):
         work.S[work.equations[n].diagonal] += program.regularisation[n]
 
 
-@kernel
+@inner_kernel
 def lend_inertia(program, work):
     """Add the inertia that makes the blocks of bodies without inertia regular, eq. (lent-inertia)."""
     for n in range(len(program.floor_at)):
@@ -110,7 +110,7 @@ def _add_pair_block(pair, ck, cd, ia, ib, a, b, start, work):
                         work.S[at + j] += x * column[n * b.width + j]
 
 
-@kernel
+@inner_kernel
 def assemble_pairs(work):
     """Write the stiffness and damping between pairs of markers into the iteration matrix."""
     cd, ck = work.weights[0].damping, work.weights[0].stiffness

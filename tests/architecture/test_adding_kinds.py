@@ -125,6 +125,12 @@ found = [type(part) for part in (twin.joints[0], *twin.forces, twin.bodies[2], t
 assert found == [fmb.Latch, fmb.Rocket, fmb.Maxwell, fmb.Pellet, fmb.Clock], found
 assert {"Latch", "Rocket", "Maxwell", "Pellet", "Clock", "Patient"} <= set(fmb.__all__)
 assert io.kind_lists.integrators()["Patient"] is fmb.Patient
+try:
+    fmb.simulate(model, 1.0, integrator="Pacient")
+except fmb.ModelError as error:
+    assert "Patient(...)" in str(error) and "integrator=flexmb.Patient()" in str(error), error
+else:
+    raise AssertionError("a text is no integrator")
 there = fmb.accelerations(twin)
 # the thrust of 6 N and the spring, drawn 0.25 m at the start by its state, on 2 kg
 assert np.allclose(there["pellet"][:3], (0.5 * (6.0 + 8.0 * 0.25), 0.0, -9.81), atol=1e-12), there["pellet"]

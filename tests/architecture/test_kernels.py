@@ -1,4 +1,4 @@
-"""An inner kernel has no entry for Python: only kernels of its own file may call it."""
+"""An inner kernel has no entry for Python: only kernels may call it, of its own file if its name is private."""
 
 import ast
 import re
@@ -54,12 +54,30 @@ WITH_KERNELS = [path for path in FILES if re.search(r"^\s*@(inner_)?kernel\b", t
 @for_each(WITH_KERNELS)
 def test_inner_kernels_are_called_by_kernels_only(path):
     for function, kind, outside in compiled(path):
-        if not function.startswith("_"):
-            assert kind != "inner_kernel", f"{function} has a public name: other files may call it from Python"
-        elif kind == "inner_kernel":
+        if kind == "inner_kernel":
             assert not outside, f"{function} is called from Python, line {outside}: it needs @kernel"
-        elif kind == "kernel":
+            others = elsewhere(path, function) if not function.startswith("_") else ()
+            found = [f"{name(other)}, line {line}" for other in others for line in named_in_python(other, function)]
+            assert not found, f"{function} is called from Python, {found}: it needs @kernel"
+        elif kind == "kernel" and function.startswith("_"):
             assert outside or elsewhere(path, function), f"{function} is called by kernels only: @inner_kernel"
+
+
+def named_in_python(path, function) -> list[int]:
+    """Return the lines of a file that name a function or take it of a module, outside of kernels."""
+    nodes = list(ast.walk(tree(path)))
+    within = {
+        id(node)
+        for kernel in nodes
+        if isinstance(kernel, ast.FunctionDef)
+        and any(ast.unparse(decorator).split("(")[0] in COMPILED for decorator in kernel.decorator_list)
+        for node in ast.walk(kernel)
+    }
+    return [
+        node.lineno
+        for node in nodes
+        if id(node) not in within and function in (getattr(node, "id", None), getattr(node, "attr", None))
+    ]
 
 
 @cache
@@ -79,7 +97,7 @@ def elsewhere(path, function):
 
 
 @for_each(WITH_KERNELS)
-def test_inner_kernels_stay_in_their_file(path):
-    inner = [kernel.name for kernel in compiled(path) if kernel.kind == "inner_kernel"]
+def test_private_inner_kernels_stay_in_their_file(path):
+    inner = [one.name for one in compiled(path) if one.kind == "inner_kernel" and one.name.startswith("_")]
     found = {function: [name(other) for other in elsewhere(path, function)] for function in inner}
     assert not any(found.values()), found

@@ -5,6 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import flexmb as fmb
+import flexmb.system.accelerations as accelerations
+from flexmb.math.kernel_on_demand import KernelOnDemand
 
 QUICK = (3, 12, 33)
 CLOSE = 1e-7
@@ -54,3 +56,16 @@ def test_velocities_of_dependent_equations(seed):
     for integrator in (null, fmb.IDA(rtol=1e-9, atol=1e-11)):
         found = fmb.simulate(model, 0.05, samples=3, integrator=integrator).phases[0].u
         np.testing.assert_allclose(found, exact, rtol=0.0, atol=CLOSE * scale)
+
+
+@pytest.mark.filterwarnings("ignore::flexmb.ValidityWarning")
+def test_explicit_steps_make_ready_what_they_call_by_address(monkeypatch):
+    """Errors of the compiler cannot pass through kernels that are called through their addresses."""
+    needed = {accelerations._lengthened, accelerations._without_stress}
+    for one in needed:
+        one.ready()  # so that no call from machine code asks for it
+    asked = set()
+    ready = KernelOnDemand.ready
+    monkeypatch.setattr(KernelOnDemand, "ready", lambda one: (asked.add(one), ready(one)))
+    fmb.simulate(ring(3), 1e-3, samples=2, integrator=fmb.Explicit())
+    assert needed <= asked

@@ -9,7 +9,7 @@ from tolerances import MACHINE
 from verification.mechanisms import four_bars
 
 import flexmb as fmb
-from flexmb.math.block_lu import lu_factor
+from flexmb.math.block_lu import eliminate, lu_factor, on_demand_for
 from flexmb.math.block_parts import parts_of, solve_part
 from flexmb.math.block_pattern import stored
 from flexmb.math.block_substitution import lu_solve
@@ -52,6 +52,13 @@ def test_solution_is_that_of_a_dense_solver(name, rng):
     lu_solve(work.S, system.program.pattern, x)
     np.testing.assert_allclose(A @ x, b, atol=1e4 * MACHINE * max(1.0, np.abs(x).max()))
     np.testing.assert_allclose(x, np.linalg.solve(A, b), rtol=1e-6, atol=1e-6 * np.abs(x).max())
+
+
+def test_blocks_of_other_sizes_are_eliminated_on_demand():
+    """A body on one joint has earlier blocks of six rows only; the three of a ball joint come before the next body."""
+    assert on_demand_for(compile(chain(1)).program.pattern) == ()
+    assert on_demand_for(compile(chain(2)).program.pattern) == (eliminate,)
+    assert eliminate._cell.value is not None  # with the model: steps that are called by address pass no errors on
 
 
 def test_parts_that_touch_nothing_are_solved_alone(rng):

@@ -17,7 +17,7 @@ from flexmb.integrate.runs.gap import EVERY, measure
 from flexmb.integrate.runs.reaction_errors import add_difference
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.block_substitution import lu_solve
-from flexmb.math.kernel import entry_kernel, inner_kernel, kernel
+from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import numba_type
@@ -183,7 +183,7 @@ def follow(program, work, motions, c, h, t, short):
         measure(program, v.q, s.q, v.extent, apart.run, apart.q_start, t)
 
 
-@kernel
+@inner_kernel
 def compare_reactions(program, work, motions, c, lam):
     """Compare multipliers `lam` (ng,) of a sample with those that the motion without local errors has there.
 
@@ -252,7 +252,7 @@ def _solved(program, work, s, c, h, t, rate):
     return False
 
 
-@kernel
+@inner_kernel
 def follow_anew(motions):
     """Forget the rate of the acceleration, as the run does where a contact has begun or ended."""
     s = motions.corrected

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from flexmb.integrate.alpha.world_translation import move, to_body_axes, to_increment
 from flexmb.math.block_substitution import lu_solve
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.system.program import advance
 
 __all__ = ["correct", "move_to_end", "solve_for_increment"]
 
 
-@kernel
+@inner_kernel
 def move_to_end(program, v, h):
     """Write the configuration at the end of the step; a joint may turn any number of times in a step."""
     advance(program, v.q, v.dx, 1.0, v.q1)
@@ -20,7 +20,7 @@ def move_to_end(program, v, h):
     to_body_axes(v.world, v.q1, v.u1, v.a1, v.body_u, v.body_a)
 
 
-@kernel
+@inner_kernel
 def solve_for_increment(program, work, v, c, h, scale):
     """Write the Newton correction to `right`, from the residual and equations of the last evaluation."""
     nu = len(v.u)
@@ -33,7 +33,7 @@ def solve_for_increment(program, work, v, c, h, scale):
     to_increment(program.frames, v.world, v.q1, v.dx, v.right)
 
 
-@kernel
+@inner_kernel
 def correct(program, v, c, h, scale):
     """Add the Newton correction `right` (of the increment over the step, and c times the multipliers)."""
     nu = len(v.u)

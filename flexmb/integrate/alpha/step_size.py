@@ -8,7 +8,7 @@ from flexmb.integrate.alpha.variables import Controls, Variables
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
 from flexmb.math.block_substitution import lu_solve
 from flexmb.math.energies import write_powers
-from flexmb.math.kernel import entry_kernel, kernel
+from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.plain_loops import all_finite, copy_into
 from flexmb.math.program import PROGRAM
@@ -35,7 +35,7 @@ EQUAL = 1e-9
 """Steps that differ by less, relative to them, differ by the rounding of the times between which they lie."""
 
 
-@kernel
+@inner_kernel
 def change_of_velocities(program, work, v, h):
     """Write the change of the velocities that gives the constraints the rate which a step of the size h leaves."""
     largest = 0.0
@@ -72,14 +72,14 @@ def fit_to_step(program, work, v, h):
         v.u[i] += v.change[i]
 
 
-@kernel
+@inner_kernel
 def back_to_step(v):
     """Undo `fit_to_step` after a step that failed."""
     for i in range(len(v.u)):
         v.u[i] -= v.change[i]
 
 
-@kernel
+@inner_kernel
 def is_short(v, c, h, planned):
     """Is a step much shorter than planned, to a sample or a kink just ahead?
 
@@ -122,7 +122,7 @@ def settle_short_step(program, work, v, c, h):
     return found
 
 
-@kernel
+@inner_kernel
 def keep_rates(v, c, h, planned):
     """Keep what an accepted step tells of rates, before its end becomes the start of the next; return if it does."""
     tells = not is_short(v, c, h, planned)

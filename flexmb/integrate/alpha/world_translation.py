@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.kernel_on_demand import kernel_on_demand
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.structures import array_type
@@ -107,7 +107,7 @@ def move(frames, q, dx, out):
             out[iq + i] = q[iq + i] + dx[iu + i]
 
 
-@kernel
+@inner_kernel
 def to_increment(frames, world, q, dx, x):
     """Turn the correction `x` from a variation at the end of the step, in body axes, to one of the increment `dx`."""
     known = 0

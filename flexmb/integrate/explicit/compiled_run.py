@@ -20,6 +20,7 @@ from flexmb.integrate.runs.patience import PAUSED, Patience
 from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.direct import direct
 from flexmb.math.structures import counted
+from flexmb.system.accelerations import ready_for
 from flexmb.system.branches import branch_rates
 from flexmb.system.complaints import without_value
 from flexmb.system.program import evaluate
@@ -58,6 +59,7 @@ class CompiledRun:
         self.closed = closed
         self.other: Any = None
         self.goal, self.begun = -np.inf, 0
+        ready_for(system)
         nu, ng, span = system.nu, system.ng, max(t_end - state.t, 1e-12)
         friction = any(force.reads_reactions for force in system.model.forces)
         one = 1 if not system.redundant or closed_steps.applies(system) else 3  # stiffening follows all multipliers

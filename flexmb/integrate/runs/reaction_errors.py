@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.system.complaints import equations_of_forces
 
 __all__ = ["OF_REACTIONS", "add_difference", "new_comparison", "shares_of_reactions", "smaller", "unresolved"]
@@ -50,7 +50,7 @@ def new_comparison(system) -> np.ndarray:
     return np.zeros((system.ng, 4))
 
 
-@kernel
+@inner_kernel
 def add_difference(lam, near, table):
     """Add the multipliers (ng,) that both motions have at a sample."""
     for i in range(len(lam)):

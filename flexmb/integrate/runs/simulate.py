@@ -25,9 +25,10 @@ from flexmb.integrate.runs.reasons import require_end
 from flexmb.integrate.runs.record import Recorder
 from flexmb.integrate.runs.watch import carried
 from flexmb.model.described import check_kind, is_number
-from flexmb.model.methods import is_integrator, require_time_limit
+from flexmb.model.methods import Integrator, is_integrator, require_time_limit
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
+from flexmb.model.registered import kinds_of
 from flexmb.results import Solution
 from flexmb.results.phase import MOST_SAMPLES
 from flexmb.system import assemble, assemble_as_drawn
@@ -39,9 +40,6 @@ __all__ = ["chosen_integrator", "run_assembled", "sample_times", "simulate", "st
 
 ROUNDED = 8.0 * float(np.finfo(float).eps)
 """Sample times this close to the ends of a run, relative to its times, are the ends."""
-
-
-INTEGRATORS = ("GeneralizedAlpha", "IDA", "Explicit", "Implicit", "MoreauJean")
 
 
 def sample_times(t_start: float, t_end: float, samples) -> np.ndarray:
@@ -111,12 +109,13 @@ def chosen_integrator(model: Model, integrator, formulation):
         integrator = default_integrator(model) if integrator is None else integrator
         if not is_integrator(integrator):
             name = integrator.__name__ if isinstance(integrator, type) else str(integrator)
-            near = did_you_mean(name, INTEGRATORS)
-            proposed = near.split("'")[1] if near else INTEGRATORS[0]
+            known = sorted(kinds_of(Integrator))
+            near = did_you_mean(name, known)
+            proposed = near.split("'")[1] if near else "GeneralizedAlpha"
             raise ModelError(
                 "simulate",
                 found=f"integrator = {name if isinstance(integrator, type) else integrator!r}",
-                expected=f"one of {', '.join(f'{known}(...)' for known in INTEGRATORS)}",
+                expected=f"one of {', '.join(f'{kind}(...)' for kind in known)}",
                 remedy=f"Give the object itself: integrator=flexmb.{proposed}()",
             )
         return integrator

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
 
 __all__ = ["AXIS", "error_of_axes", "keep_axes", "new_axes"]
@@ -32,7 +32,7 @@ def new_axes(program) -> np.ndarray:
     return np.zeros((len(program.frames), AXIS))
 
 
-@kernel
+@inner_kernel
 def error_of_axes(frames, axes, q, u, a, d, extent, reach, tolerance, share, h, span):
     """Return the largest error of an axis in a step, relative to what it may be; it stands in `axes` for `keep_axes`.
 
@@ -80,7 +80,7 @@ def error_of_axes(frames, axes, q, u, a, d, extent, reach, tolerance, share, h, 
     return worst
 
 
-@kernel
+@inner_kernel
 def keep_axes(frames, axes, u, h):
     """Add the errors of a step that is accepted, which `error_of_axes` has left in `axes`."""
     for n in range(len(frames)):
