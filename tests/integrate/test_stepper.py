@@ -56,6 +56,33 @@ def held(torques, h: float) -> np.ndarray:
     return x
 
 
+def pushed_cart() -> fmb.Model:
+    """A mass of 2 kg that an input pushes along x."""
+    x = fmb.Pose.axes(x=(0, 1, 0), z=(1, 0, 0))
+    return fmb.Model(
+        bodies=[fmb.Ground(markers={"x": x}), fmb.RigidBody("cart", mass=2.0, inertia=(1, 1, 1), markers={"x": x})],
+        joints=[fmb.Prismatic("rail", markers=("ground.x", "cart.x"))],
+        forces=[fmb.Actuator("push", joint="rail", effort=fmb.input("force"))],
+        sensors=[fmb.JointCoordinate("x", joint="rail"), fmb.Velocity("v", marker="cart.x")],
+        gravity=(0, 0, 0),
+    )
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("step", [None, 0.1, 0.05])
+def test_the_work_of_forces_that_jump_is_the_energy_of_the_cart(step):
+    """Powers jump with the inputs; what they do in a step is force times way, and nothing is warned of."""
+    with fmb.stepper(pushed_cart(), integrator=fmb.GeneralizedAlpha(step=step), t_end=20.0) as run:
+        work = 0.0
+        for k in range(200):
+            force, before = 2.0 * np.cos(0.1 * k + 0.3), run["x"]
+            run.set("force", force)
+            run.advance(by=0.1)
+            work += force * (run["x"] - before)
+        assert run["v"][0] ** 2 == pytest.approx(work, rel=1e-9)
+        assert run.state.works[0] == pytest.approx(work, rel=1e-9)
+
+
 TORQUES = 3.0 * np.random.default_rng(7).normal(size=25)
 
 

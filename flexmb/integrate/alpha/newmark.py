@@ -240,11 +240,12 @@ def _begin_anew(v):
 
 @inner_kernel
 def _add_works(v, h, powers):
-    """Add the work of a step: the integral of the parabola through the powers at its ends and at the start before."""
+    """Add the work of a step: the integral of the parabola through the powers at its ends and at the start before; of
+    the straight line where they are not known there, at first and after a jump."""
     before = v.run[0].last_step
     for i in range(3):
         v.works[i] += 0.5 * h * (powers[i] + v.powers[i])
-        if v.run[0].steps > 0:
+        if v.run[0].steps > 0 and np.isfinite(v.powers_last[i]):
             curvature = ((v.powers[i] - powers[i]) / h - (powers[i] - v.powers_last[i]) / before) / (h + before)
             v.works[i] -= curvature * h * h * h / 6.0
 
