@@ -119,8 +119,8 @@ def choose_basis(framed: FramedBody, basis: Any, modes: int | UpTo | None, joini
     framed : FramedBody
     basis : CraigBampton or SpannedBasis
     modes : int, UpTo or None
-        For `CraigBampton` an accuracy of the free-free frequencies, unless it is one of the response; for all others
-        of the response between the loads of the body, in the largest singular value.
+        An accuracy is one of the response between the loads of the body, in the largest singular value; for
+        `CraigBampton` also one of the free-free frequencies.
     joining : (ndof, k), N
         Loads whose static response joins.
     damping : float or anything
@@ -133,6 +133,14 @@ def choose_basis(framed: FramedBody, basis: Any, modes: int | UpTo | None, joini
             return Chosen(normal, None, None, error, described(basis))
         normal, exact = choose_modes(body, 12 if modes is None else modes)
         return Chosen(with_residuals(body, normal, joining), None, exact, None, described(basis))
+    if isinstance(modes, UpTo) and not modes.response:
+        raise ReductionError(
+            f"Basis {type(basis).__name__}",
+            found=f"modes within {100.0 * modes.accuracy:.3g} % of the frequencies",
+            expected="an accuracy of the response: frequencies are what normal modes with held interfaces are chosen by",
+            remedy=f"Write modes='up to {modes.frequency:g} Hz within {100.0 * modes.accuracy:.3g} %', or take "
+            "basis='CraigBampton'",
+        )
     error = None
     count = basis.check(None if isinstance(modes, UpTo) else modes)
     vectors = _vectors(framed, basis, count, joining)

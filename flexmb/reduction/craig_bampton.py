@@ -73,8 +73,8 @@ def reduce(
         Names of the reference points of a deck, or "all" of them, are interfaces by themselves. Numbers are rows of
         ``fe.nodes``; ``"node 63241"`` names a node by its number in the deck.
     modes : int, text or UpTo
-        Number of normal modes, usually 12 (0: Guyan), or ``"up to 200 Hz within 1 %"``: of the free-free
-        frequencies with `CraigBampton`, of the response to the loads of the body with all other bases.
+        Number of normal modes, usually 12 (0: Guyan), or ``"up to 200 Hz within 1 %"``: of the response to
+        the loads of the body; ``"... of the frequencies"`` of the free-free ones, with `CraigBampton` only.
     basis : `CraigBampton`, `Rubin`, `Krylov`, `Pod`, `CharacteristicModes`, `Balanced`, or text
         Which displacements the body has; ``"Krylov frequencies=0,120 order=2"`` is `Krylov` with these fields.
     geometric_stiffness, stress : bool

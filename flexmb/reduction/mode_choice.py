@@ -1,4 +1,4 @@
-"""How many fixed-interface modes: a number, or as many as an accuracy up to a frequency needs."""
+"""How many modes: a number, or as many as an accuracy up to a frequency needs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ __all__ = ["USUAL", "UpTo", "choose_modes", "parse_modes"]
 
 _NUMBER = r"(\d+\.?\d*(?:e[+-]?\d+)?)"
 _PATTERN = re.compile(
-    rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:\s+within\s+{_NUMBER}\s*%)?(\s+of\s+the\s+response)?\s*", re.IGNORECASE
+    rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:\s+within\s+{_NUMBER}\s*%)?(?:\s+of\s+the\s+(response|frequencies))?\s*",
+    re.IGNORECASE,
 )
 _DEFAULT_ACCURACY = 0.01
 USUAL = "usual"
@@ -25,7 +26,7 @@ USUAL = "usual"
 
 @dataclass(frozen=True)
 class UpTo(metaclass=Described):
-    """Modes as many as an accuracy asks for: of the free-free frequencies of the full model, or of the response.
+    """Modes as many as an accuracy asks for: of the response, or of the free-free frequencies of the full model.
 
     Parameters
     ----------
@@ -34,17 +35,20 @@ class UpTo(metaclass=Described):
     accuracy : float, -
         Relative error.
     response : bool
-        The response to the loads of the body is met, not its frequencies; bases other than Craig & Bampton's always
-        take the response.
+        The response to the loads of the body is met, whatever the basis is. False, for Craig & Bampton's only: the
+        free-free frequencies are.
     """
 
     frequency: float
     accuracy: float = _DEFAULT_ACCURACY
-    response: bool = False
+    response: bool = True
 
 
 def parse_modes(modes: int | str | UpTo) -> int | UpTo | None:
-    """Read a mode choice: a count, or text such as ``"up to 200 Hz within 1 %"``; None for the usual number."""
+    """Read a mode choice: a count, or text such as ``"up to 200 Hz within 1 %"``; None for the usual number.
+
+    The accuracy is one of the response, unless the text ends with ``"of the frequencies"``.
+    """
     modes = whole(modes)
     if isinstance(modes, str) and modes.strip() == USUAL:
         return None
@@ -55,19 +59,22 @@ def parse_modes(modes: int | str | UpTo) -> int | UpTo | None:
         if match:
             unit = 1e3 if match[2].lower() == "khz" else 1.0
             accuracy = float(match[3]) / 100.0 if match[3] else _DEFAULT_ACCURACY
-            return UpTo(float(match[1]) * unit, accuracy, bool(match[4]))
+            return UpTo(float(match[1]) * unit, accuracy, (match[4] or "").lower() != "frequencies")
     elif isinstance(modes, (int, np.integer)) and not isinstance(modes, bool) and modes >= 0:
         return int(modes)
     raise ReductionError(
         "Reduction",
         found=f"modes = {modes!r}",
-        expected="a count, or a text like 'up to 200 Hz within 1 %', or '... within 1 % of the response'",
+        expected="a count, or a text like 'up to 200 Hz within 1 %', or '... within 1 % of the frequencies'",
         remedy="See the how-to page 'choosing modes'",
     )
 
 
 def choose_modes(body: HeldBody, choice: int | UpTo) -> tuple[NormalModes, NormalModes | None]:
-    """Return the fixed-interface modes of the choice, and the free-free modes of the full model if they were needed."""
+    """Return the fixed-interface modes of the choice, and the free-free modes of the full model if they were needed.
+
+    An accuracy is that of the frequencies here.
+    """
     if isinstance(choice, int):
         return normal_modes(body, choice), None
     limit = (2.0 * np.pi * choice.frequency) ** 2

@@ -105,7 +105,7 @@ def _warnings(body: HeldBody, numbers: dict[str, Any], band: float) -> list[str]
         row = numbers["frequencies"][poor[0]]
         found.append(
             f"The reduced frequency {poor[0] + 1} ({row['reduced']:.4g} Hz) is {100 * row['error']:.1f} % above "
-            f"the full model. Take more modes, or modes='up to {row['full']:.3g} Hz within 1 %'."
+            f"the full model. Take more modes, or modes='up to {row['full']:.3g} Hz within 1 % of the frequencies'."
         )
     if numbers["static_error"] > 1e-6:
         found.append(

@@ -86,7 +86,8 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
             f"FE model '{fe.name}'",
             found="neither interfaces nor loads",
             expected="loads to which the response is compared",
-            remedy="Name interfaces or loads, or leave out error_up_to and give a number of modes",
+            remedy="Name interfaces or loads, or leave out error_up_to and give a number of modes or an accuracy "
+            "'of the frequencies'",
         )
     known = framed.modes_beyond((BEYOND * 2.0 * np.pi * limit) ** 2)
     nb = load.shape[1]

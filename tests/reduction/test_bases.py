@@ -130,7 +130,7 @@ def test_bound_of_the_error_lies_above_the_error_and_near(fe, basis, modes, fram
     assert np.all(bound[large] <= 10.0 * true[large])
 
 
-@pytest.mark.parametrize("basis", ["Rubin", "Krylov", "CharacteristicModes", "Balanced"])
+@pytest.mark.parametrize("basis", ["CraigBampton", "Rubin", "Krylov", "CharacteristicModes", "Balanced"])
 def test_an_accuracy_is_met_by_every_basis(fe, basis):
     data = reduction.reduce(fe, ENDS, "up to 200 Hz within 0.5 %", basis=basis)
     full, modal = at_ends(fe, data)
@@ -240,6 +240,11 @@ def test_what_is_unsound_is_refused_by_name(fe):
         ("error_up_to", {"error_up_to": -1.0}),
         ("neither interfaces nor loads", {"interfaces": {}, "basis": "Rubin", "modes": "up to 200 Hz within 1 %"}),
         ("neither interfaces nor loads", {"interfaces": {}, "error_up_to": 100.0}),
+        ("an accuracy 'of the frequencies'", {"interfaces": {}, "modes": "up to 200 Hz within 1 %"}),
+        (
+            "Basis Rubin: modes within 2 % of the frequencies.*Write modes='up to 200 Hz within 2 %'",
+            {"basis": "Rubin", "modes": "up to 200 Hz within 2 % of the frequencies"},
+        ),
         ("a body that nothing loads", {"interfaces": {}, "basis": "Balanced"}),
         ("a basis without shapes", {"interfaces": {}, "basis": "Krylov"}),
         ("at best up to 2000 Hz", {"basis": reduction.Pod(np.ones((82, 1))), "modes": "up to 2 kHz within 1 %"}),
