@@ -137,7 +137,7 @@ def choose_basis(framed: FramedBody, basis: Any, modes: int | UpTo | None, joini
         raise ReductionError(
             f"Basis {type(basis).__name__}",
             found=f"modes within {100.0 * modes.accuracy:.3g} % of the frequencies",
-            expected="an accuracy of the response: frequencies are what normal modes with held interfaces are chosen by",
+            expected="an accuracy of the response; by frequencies normal modes with held interfaces are chosen",
             remedy=f"Write modes='up to {modes.frequency:g} Hz within {100.0 * modes.accuracy:.3g} %', or take "
             "basis='CraigBampton'",
         )

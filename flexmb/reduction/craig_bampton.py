@@ -29,7 +29,7 @@ from flexmb.reduction.left_out import left_out_stiffness
 from flexmb.reduction.load_turning import holding_interface, load_turning, reaction, wrench_turning
 from flexmb.reduction.loads import load_vectors, loads_of
 from flexmb.reduction.markers import MarkerMotion, interface_motions, station_motions
-from flexmb.reduction.mode_choice import USUAL, UpTo, parse_modes
+from flexmb.reduction.mode_choice import HIGHEST, USUAL, UpTo, parse_modes
 from flexmb.reduction.quality import quality_numbers
 from flexmb.reduction.statics import HeldBody
 from flexmb.reduction.stress import middle_surface, stress_modes
@@ -134,8 +134,6 @@ def reduce(
     return _reduced(fe, settings, backend, progress or _silent)
 
 
-HIGHEST = 1e12
-"""Hz, above all vibrations of solids."""
 MADE_BY = "Make it with fem.solid(mesh, material), fem.frame, fem.shell or fem.from_matrices"
 EXAMPLES = {"interfaces": "a", "stations": "mid", "loads": "air"}
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.errors import ReductionError
-from flexmb.model.described import Described, whole
+from flexmb.model.described import Described, is_number, whole
 from flexmb.reduction.basis import NormalModes, free_modes, normal_modes, orthonormal_basis
 from flexmb.reduction.statics import HeldBody
 
-__all__ = ["USUAL", "UpTo", "choose_modes", "parse_modes"]
+__all__ = ["HIGHEST", "USUAL", "UpTo", "choose_modes", "parse_modes"]
 
 _NUMBER = r"(\d+\.?\d*(?:e[+-]?\d+)?)"
 _PATTERN = re.compile(
@@ -20,6 +20,8 @@ _PATTERN = re.compile(
     re.IGNORECASE,
 )
 _DEFAULT_ACCURACY = 0.01
+HIGHEST = 1e12
+"""Hz: no part vibrates at more, and squares of what is far above are no numbers."""
 USUAL = "usual"
 """The number of modes that a basis has unless another is given: 12 normal modes."""
 
@@ -42,6 +44,22 @@ class UpTo(metaclass=Described):
     frequency: float
     accuracy: float = _DEFAULT_ACCURACY
     response: bool = True
+
+    def __post_init__(self):
+        if not (is_number(self.frequency) and 0.0 < self.frequency <= HIGHEST):
+            raise ReductionError(
+                "UpTo",
+                found=f"frequency = {self.frequency!r:.80} Hz",
+                expected=f"a frequency above 0 and up to {HIGHEST:.0e} Hz",
+                remedy="Write UpTo(200.0, 0.01), or modes='up to 200 Hz within 1 %'",
+            )
+        if not (is_number(self.accuracy) and self.accuracy > 0.0):
+            raise ReductionError(
+                "UpTo",
+                found=f"accuracy = {self.accuracy!r:.80}",
+                expected="a positive relative error, 0.01 for 1 %",
+                remedy="Write UpTo(200.0, 0.01), or modes='up to 200 Hz within 1 %'",
+            )
 
 
 def parse_modes(modes: int | str | UpTo) -> int | UpTo | None:

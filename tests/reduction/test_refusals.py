@@ -125,6 +125,15 @@ def test_unreadable_mode_choice(fe, modes):
     assert_refused(r"Reduction: modes = .*a count, or a text like 'up to 200 Hz within 1 %'", fe, modes=modes)
 
 
+@pytest.mark.parametrize(
+    ("values", "match"),
+    [((-1.0,), r"frequency = -1\.0 Hz"), ((1e308,), "up to 1e\\+12 Hz"), ((200.0, 0.0), r"accuracy = 0\.0")],
+)
+def test_accuracies_that_no_body_has_are_refused(values, match):
+    with pytest.raises(ReductionError, match=match):
+        reduction.UpTo(*values)
+
+
 def test_disconnected_parts():
     bar = planar_beam(n_el=4)
     fe = FEModel(
