@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -212,12 +212,20 @@ def call(make: Callable[..., Any], values: Mapping[str, Any], where: str) -> Any
 
 def _parameters(make: Callable[..., Any]) -> dict[str, inspect.Parameter]:
     """Return the parameters that may be given by name; a constructor that passes on others also has its class's."""
+    if isinstance(make, type):
+        return _parameters_of_class(make)
     own = inspect.signature(make).parameters
     named = {name: p for name, p in own.items() if p.kind is not p.VAR_KEYWORD}
     if len(named) < len(own) and not _takes_any(make):
         passed = inspect.signature(make.__self__).parameters  # type: ignore[attr-defined]
         return {**{name: p.replace(default=None) for name, p in passed.items()}, **named}
     return named
+
+
+@cache
+def _parameters_of_class(kind: type) -> dict[str, inspect.Parameter]:
+    """Return the parameters of a class that may be given by name: asked for every part of every variant."""
+    return {name: p for name, p in inspect.signature(kind).parameters.items() if p.kind is not p.VAR_KEYWORD}
 
 
 def _takes_any(make: Callable[..., Any]) -> bool:

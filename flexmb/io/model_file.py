@@ -76,6 +76,7 @@ class OpenModelFile:
         self.path, self.trust = Path(path), trust
         self.tables = read_tables(self.path)
         self._kept: dict[tuple[Path, str], tuple[str, Any, tuple[Told, ...]]] = {}
+        self._settings: dict[tuple[tuple[str, float | None], ...], Simulation] = {}
 
     def model(self, parameters: Mapping[str, Any] | None = None) -> Model:
         """Return the model; parts without expressions are the same objects every time."""
@@ -87,7 +88,12 @@ class OpenModelFile:
 
     def simulation(self, parameters: Mapping[str, Any] | None = None, **own: float | None) -> Simulation:
         """Return the settings of the table ``[simulation]``; see `load_simulation`."""
-        return _simulation(self.tables, self.path, parameters or {}, own)
+        if _computed(self.tables.get("simulation", {})):
+            return _simulation(self.tables, self.path, parameters or {}, own)
+        known = tuple(sorted(own.items()))
+        if known not in self._settings:  # the same for all values of the parameters, whose names the model checks
+            self._settings[known] = _simulation(self.tables, self.path, parameters or {}, own)
+        return self._settings[known]
 
 
 def read_model_text(text: str, bodies: Mapping[str, ModalNeutralData] | None = None, *, trust: bool = False) -> Model:
@@ -182,12 +188,16 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
     try:
         # The bodies first: joints, forces and sensors of this file may act on parts of its assemblies.
         own_bodies = Model(
-            name=name, bodies=tuple(families.pop("bodies")), gravity=gravity, parameters=context.parameters
+            name=name, bodies=tuple(families.pop("bodies")), gravity=gravity, parameters=dict(context.parameters)
         )
-        whole = replace(joined(own_bodies, *assemblies), parameters=dict(context.parameters))
+        whole = own_bodies
+        if assemblies:
+            whole = replace(joined(own_bodies, *assemblies), parameters=dict(context.parameters))
         for where, raw in _present(tables, "moving_load", context):
             families["forces"] += moving_forces(raw, where, context, whole)
-        made = replace(whole.with_parts(**families), origin=_origin(tables, context, whole.origin))
+        made, origin = whole.with_parts(**families), _origin(tables, context, whole.origin)
+        if origin is not whole.origin:
+            made = replace(made, origin=origin)
     except FlexmbError as error:
         raise located(error, path.name) from None
     for table in () if chain else kind_lists.FAMILIES:  # sensors of an assembly may be those of the file around it

@@ -37,8 +37,13 @@ class _Direct:
             entry, kinds, structures, arrays = found
             if tuple(map(type, arguments)) == kinds and _alike(arguments, structures, arrays):
                 return entry(*arguments)
-        returned = self._kernel(*arguments)
-        entry = self._kernel.get_overload(tuple(typeof(one) for one in arguments))
+        seen = tuple(typeof(one) for one in arguments)
+        if seen in self._kernel.overloads:  # of the system of another variant: looking for it would see all types again
+            entry = self._kernel.get_overload(seen)
+            returned = entry(*arguments)
+        else:
+            returned = self._kernel(*arguments)
+            entry = self._kernel.get_overload(seen)
         structures = tuple((k, one) for k, one in enumerate(arguments) if _holds_arrays(one))
         arrays = tuple((k, one.dtype, one.ndim) for k, one in enumerate(arguments) if isinstance(one, np.ndarray))
         self._found = entry, tuple(map(type, arguments)), structures, arrays
