@@ -4,7 +4,8 @@ small mechanisms by processes beside the engine "compiled".
 Wall time says how much faster two processes are, if nobody else uses the cores; to see through other load, the second
 line of each run says which share of the processes' time was spent on variants, and the CPU seconds they took in all:
 two processes are twice as fast if both shares are near 1 and the CPU seconds are equal. Run with
-``python benchmarks/sweep.py [variants] [engines]``.
+``python benchmarks/sweep.py [variants] [engines | turns]``; "turns" takes both ways by turns in one process, without
+the start of processes, so that other load falls on both.
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import flexmb as fmb
+from flexmb.study.ensemble import Ensemble
+from flexmb.study.sources import ModelFile
+from flexmb.study.variants import Task
 
 
 def measured(model: Path, variants: int, jobs: int) -> float:
@@ -81,6 +85,40 @@ t_end = 1.0
 samples = 101
 integrator = %s
 """
+PENDULUM = """
+gravity = [0, 0, -9.81]
+[parameters]
+mass = 0.5
+stiffness = 2.0
+[[body]]
+kind = "Ground"
+markers = {pin = {at = [0, 0, 0], z = [0, 1, 0], x = [1, 0, 0]}}
+[[body]]
+kind = "RigidBody"
+name = "rod"
+mass = "= mass"
+inertia = [1e-2, 1e-2, 1e-3]
+at = [0.25, 0, 0]
+markers = {pin = {at = [-0.25, 0, 0], z = [0, 1, 0], x = [1, 0, 0]}, tip = [0.25, 0, 0]}
+[[joint]]
+kind = "Revolute"
+name = "pin"
+markers = ["ground.pin", "rod.pin"]
+[[force]]
+kind = "TorsionSpring"
+name = "spring"
+joint = "pin"
+stiffness = "= stiffness"
+damping = 0.02
+[[sensor]]
+kind = "Position"
+name = "tip"
+marker = "rod.tip"
+[simulation]
+t_end = 1.0
+samples = 101
+integrator = %s
+"""
 INTEGRATORS = {
     "GeneralizedAlpha": '"GeneralizedAlpha"',
     "Explicit": '"Explicit"',
@@ -124,10 +162,34 @@ def engines(variants: int) -> None:
             print(f"largest difference {abs(tables['compiled'] - tables['processes']).max():.1g} m")
 
 
+def turns(variants: int) -> None:
+    """Compute variants of a pendulum and of the cart both ways by turns; print lower quartiles of the time of one."""
+    plan = fmb.study.latin_hypercube({"mass": (0.4, 0.8), "stiffness": (1.0, 4.0)}, variants)
+    for name, text in INTEGRATORS.items():
+        for mechanism, described in (("pendulum", PENDULUM), ("cart", CART)):
+            with TemporaryDirectory() as folder:
+                model = Path(folder) / "model.toml"
+                model.write_text(described % text)
+                origin, spent_on = ModelFile(str(model)), ([], [])
+                ways = Task(Ensemble(origin), ["peak(tip x)"]), Task(origin, ["peak(tip x)"])
+                for k in range(-3, variants):  # the first ones compile
+                    rows = []
+                    for way, spent_by in zip(ways, spent_on, strict=True):
+                        clock = time.process_time()
+                        rows.append(way.row(k + 1, plan.variant(max(k, 0))).values)
+                        spent_by += [time.process_time() - clock] if k >= 0 else []
+                    assert rows[0] == rows[1]
+            one, two = (1e3 * sorted(times)[variants // 4] for times in spent_on)
+            print(f"{name}, {mechanism}: {one:.1f} ms a variant, {two:.1f} in a process: {one / two:.2f}", flush=True)
+
+
 def main() -> None:
     variants = int(sys.argv[1]) if len(sys.argv) > 1 else 100
     if "engines" in sys.argv:
         engines(variants)
+        return
+    if "turns" in sys.argv:
+        turns(variants)
         return
     source = Path(str(files("flexmb") / "cli" / "demo_data"))
     station = source / "flap_station.toml"
