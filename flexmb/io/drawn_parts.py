@@ -77,37 +77,10 @@ def drawn_parts(model, size, skin_only=False):
     e = _joint_size(model, size)
     supports = []
     for body in model.bodies:
-        poses = body.marker_poses()
-        if body.drawn == "cells":
-            data = recover.modal_data(body)
-            nodes, cells = skin_cells(data.cells) if skin_only else (None, data.cells)
-            points = data.nodes if nodes is None else data.nodes[nodes]
-            carriers = (("body", body.name, None),)
-            yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), carriers, cells, data, nodes)
-        elif body.drawn == "supports":
+        if body.drawn == "supports":
             used = {m for part in (*model.joints, *model.forces) if _joins(part) for m in _markers(part, model)}
-            supports += [f"{body.name}.{m}" for m in poses if f"{body.name}.{m}" in used]
-            if body.shape:
-                yield _fixed(body.name, "supports", _shapes(body, next(iter(poses))))
-        elif body.drawn == "line":
-            line = SweptLine(body)
-            points = line.points(body.initial_state()[0])
-            yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), (), line.cells, line=line)
-        elif body.drawn == "sheet":
-            sheet = PlateSurface(body)
-            points = sheet.points(body.initial_state()[0])
-            yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), (), sheet.cells, line=sheet)
-        elif getattr(body, "shape", ()):
-            yield _fixed(body.name, "rigid", _shapes(body, ""))
-        else:
-            if _has_surface(model, body):  # it is drawn
-                continue
-            surface = _rigid_shape(body, poses, e)
-            if body.has_frame:
-                yield _fixed(body.name, "rigid", [(("body", body.name, None), surface)])
-            else:
-                center = next(iter(poses))
-                yield _fixed(body.name, "rigid", [(("marker", f"{body.name}.{center}", None), solids.sphere(2 * e))])
+            supports += [f"{body.name}.{m}" for m in body.marker_poses() if f"{body.name}.{m}" in used]
+        yield from _bodies(model, body, e, skin_only)
     yield from _surfaces(model, e)
     if supports:
         foot = solids.box((3.4 * e, 3.4 * e, 1.4 * e))
@@ -127,6 +100,33 @@ def drawn_parts(model, size, skin_only=False):
     springs += [piece for force in model.forces if hasattr(force, "through") for piece in way_pieces(force, e)]
     if springs:
         yield _fixed("springs", "springs", springs)
+
+
+def _bodies(model, body, e, skin_only):
+    """Yield what is drawn of a body: one part or none."""
+    poses = body.marker_poses()
+    if body.drawn == "cells":
+        data = recover.modal_data(body)
+        nodes, cells = skin_cells(data.cells) if skin_only else (None, data.cells)
+        points = data.nodes if nodes is None else data.nodes[nodes]
+        carriers = (("body", body.name, None),)
+        yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), carriers, cells, data, nodes)
+    elif body.drawn == "supports":
+        if body.shape:
+            yield _fixed(body.name, "supports", _shapes(body, next(iter(poses))))
+    elif body.drawn in ("line", "sheet"):
+        line = SweptLine(body) if body.drawn == "line" else PlateSurface(body)
+        points = line.points(body.initial_state()[0])
+        yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), (), line.cells, line=line)
+    elif getattr(body, "shape", ()):
+        yield _fixed(body.name, "rigid", _shapes(body, ""))
+    elif not _has_surface(model, body):  # which is drawn
+        surface = _rigid_shape(body, poses, e)
+        if body.has_frame:
+            yield _fixed(body.name, "rigid", [(("body", body.name, None), surface)])
+        else:
+            center = next(iter(poses))
+            yield _fixed(body.name, "rigid", [(("marker", f"{body.name}.{center}", None), solids.sphere(2 * e))])
 
 
 def _surfaces(model, e):

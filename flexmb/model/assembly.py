@@ -239,15 +239,7 @@ def _moved(part: Part, prefix: str, pose: Pose) -> dict[str, Any]:
 def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
     """Return the value of a field with the names of parts and markers prefixed; the same object if there are none."""
     if isinstance(value, str):
-        if field in _MARKER_REFERENCES:
-            body, dot, marker = value.partition(".")
-            if dot and body == GROUND:
-                return f"{GROUND}.{prefix}_{marker}"
-            if dot and body in names:
-                return f"{prefix}_{value}"
-        if field in (*_PART_REFERENCES, *_MARKER_REFERENCES):
-            return _prefixed(value, prefix, names, field in _READS)
-        return value
+        return _renamed_text(field, value, prefix, names)
     if isinstance(value, tuple | list):
         new = [_renamed(field, entry, prefix, names) for entry in value]
         return value if all(a is b for a, b in zip(new, value)) else type(value)(new)
@@ -260,11 +252,29 @@ def _renamed(field: str, value: Any, prefix: str, names: set[str]) -> Any:
         own_fields = {f.name: _renamed(f.name, getattr(value, f.name), prefix, names) for f in fields(value)}
         changed = {name: own for name, own in own_fields.items() if own is not getattr(value, name)}
         return replace(value, **changed) if changed else value
-    if isinstance(value, Mapping) and field == "values":  # new values of fields
+    return _renamed_entries(field, value, prefix, names) if isinstance(value, Mapping) else value
+
+
+def _renamed_text(field: str, value: str, prefix: str, names: set[str]) -> str:
+    """Return a text of a field: "body.marker", the name of a part, or anything else, which stays."""
+    if field in _MARKER_REFERENCES:
+        body, dot, marker = value.partition(".")
+        if dot and body == GROUND:
+            return f"{GROUND}.{prefix}_{marker}"
+        if dot and body in names:
+            return f"{prefix}_{value}"
+    if field in (*_PART_REFERENCES, *_MARKER_REFERENCES):
+        return _prefixed(value, prefix, names, field in _READS)
+    return value
+
+
+def _renamed_entries(field: str, value: Mapping, prefix: str, names: set[str]) -> Mapping:
+    """Return a mapping of a field with names in its entries, or of its keys, prefixed."""
+    if field == "values":  # new values of fields
         return {key: _renamed(key, entry, prefix, names) for key, entry in value.items()}
-    if isinstance(value, Mapping) and field == "over":  # what an equation reads keeps its name there
+    if field == "over":  # what an equation reads keeps its name there
         return {key: _measured(entry, prefix, names) for key, entry in value.items()}
-    if isinstance(value, Mapping) and field in _PART_REFERENCES:
+    if field in _PART_REFERENCES:
         return {f"{prefix}_{key}" if key in names else key: entry for key, entry in value.items()}
     return value
 

@@ -90,26 +90,8 @@ def checked(data: Data, part: str) -> Data:
     Checked are finite numbers, cells of existing nodes, names that differ, a positive mass, modal masses that are
     positive and stiffnesses that are not negative.
     """
-    texts = (data.name, data.frame, *data.marker_names, *data.load_names, *(kind for kind, _ in data.cells))
-    lists = (data.marker_names, data.load_names, data.cells)
-    right = all(isinstance(text, str) for text in texts) and all(isinstance(names, tuple) for names in lists)
-    if not right or not isinstance(data.quality, dict) or not isinstance(data.n_interfaces, int):
-        raise _refused(part, "names or numbers of another type", "texts, a number of interfaces, a quality report")
-    for kind, cells in data.cells:
-        if cells.ndim != 2 or cells.dtype.kind not in "iu":
-            raise _refused(part, f"{kind} cells of the shape {cells.shape} and type {cells.dtype}", "node numbers")
-    arrays = {f.name: getattr(data, f.name) for f in fields(data)}
-    arrays |= {f"invariants.{f.name}": getattr(data.invariants, f.name) for f in fields(data.invariants)}
-    for group in ("geometric", "left_out"):
-        record = getattr(data, group)
-        if record is not None:
-            arrays |= {f"{group}.{f.name}": getattr(record, f.name) for f in fields(record)}
-    for name, value in arrays.items():
-        if isinstance(value, np.ndarray) and not np.isfinite(value).all():
-            wrong = np.argwhere(~np.isfinite(value))[0].tolist()
-            raise _refused(part, f"{name}{wrong} is {value[tuple(wrong)]}", "finite numbers")
-        if isinstance(value, np.ndarray) and value.size and np.abs(value).max() > _LARGEST:
-            raise _refused(part, f"{name} holds {np.abs(value).max():.3g}", f"numbers up to {_LARGEST:g} in SI units")
+    _check_kinds(data, part)
+    _check_numbers(data, part)
     for kind, cells in data.cells:
         if cells.size and (cells.min() < 0 or cells.max() >= len(data.nodes)):
             worst = cells.max() if cells.max() >= len(data.nodes) else cells.min()
@@ -123,6 +105,34 @@ def checked(data: Data, part: str) -> Data:
         raise _refused(part, f"a mass of {data.mass:.6g} kg", "a mass > 0")
     check_modes(part, np.diag(data.invariants.nn), np.diag(data.stiffness))
     return data
+
+
+def _check_kinds(data: ModalArrays, part: str) -> None:
+    """Raise DataFileError unless names are texts and cells are numbers of nodes."""
+    texts = (data.name, data.frame, *data.marker_names, *data.load_names, *(kind for kind, _ in data.cells))
+    lists = (data.marker_names, data.load_names, data.cells)
+    right = all(isinstance(text, str) for text in texts) and all(isinstance(names, tuple) for names in lists)
+    if not right or not isinstance(data.quality, dict) or not isinstance(data.n_interfaces, int):
+        raise _refused(part, "names or numbers of another type", "texts, a number of interfaces, a quality report")
+    for kind, cells in data.cells:
+        if cells.ndim != 2 or cells.dtype.kind not in "iu":
+            raise _refused(part, f"{kind} cells of the shape {cells.shape} and type {cells.dtype}", "node numbers")
+
+
+def _check_numbers(data: ModalArrays, part: str) -> None:
+    """Raise DataFileError unless all numbers are finite, and none is absurd."""
+    arrays = {f.name: getattr(data, f.name) for f in fields(data)}
+    arrays |= {f"invariants.{f.name}": getattr(data.invariants, f.name) for f in fields(data.invariants)}
+    for group in ("geometric", "left_out"):
+        record = getattr(data, group)
+        if record is not None:
+            arrays |= {f"{group}.{f.name}": getattr(record, f.name) for f in fields(record)}
+    for name, value in arrays.items():
+        if isinstance(value, np.ndarray) and not np.isfinite(value).all():
+            wrong = np.argwhere(~np.isfinite(value))[0].tolist()
+            raise _refused(part, f"{name}{wrong} is {value[tuple(wrong)]}", "finite numbers")
+        if isinstance(value, np.ndarray) and value.size and np.abs(value).max() > _LARGEST:
+            raise _refused(part, f"{name} holds {np.abs(value).max():.3g}", f"numbers up to {_LARGEST:g} in SI units")
 
 
 def _check_places(data: ModalArrays, part: str) -> None:

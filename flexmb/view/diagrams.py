@@ -72,15 +72,7 @@ class Diagram:
         """Return the curves of all runs that have the sensors, and the labels of ordinate and abscissa."""
         runs = self._of_these(runs)
         y = _single_columns(runs, self.y)
-        found = [
-            (run, wanted, _values(solution, wanted), _abscissa(solution, self.x))
-            for run, solution in runs.items()
-            for wanted in y
-            if _has(solution, wanted)
-        ]
-        missing = [wanted for wanted in y if all(entry[1] != wanted for entry in found)]
-        if missing:
-            _refuse(next(iter(runs.values())), missing[0])
+        found = self._found(runs, y)
         units = {unit for *_, (_, unit), _ in found}
         if len(units) > 1 and self.per != FINAL:
             raise FlexmbError(
@@ -100,21 +92,30 @@ class Diagram:
         x_factor, x_unit = scaled(found[0][3][1], x_size)
         order = list(runs)
         lines = [
-            Line(
-                ", ".join(part for part in (wanted if len(y) > 1 else "", run if len(runs) > 1 else "") if part),
-                x_factor * x,
-                factor * values,
-                COLORS[(y.index(wanted) if len(y) > 1 else order.index(run)) % len(COLORS)],
-                DASHES[order.index(run) % len(DASHES)] if len(y) > 1 else "-",
-            )
-            for run, wanted, (values, _), (x, _) in found
+            _line(y, order, wanted, run, x_factor * x, factor * values) for run, wanted, (values, _), (x, _) in found
         ]
+        x_label = f"{without_unit(self.x or 'time')} [{x_unit or '-'}]"
+        return _seen(lines) if len(runs) == 1 else lines, self._label(unit), x_label
+
+    def _found(self, runs: Mapping[str, Any], y: Sequence[str]) -> list[tuple[str, str, Any, Any]]:
+        """Return run, column, ordinates and abscissae of every curve; a column that no run has is an error."""
+        found = [
+            (run, wanted, _values(solution, wanted), _abscissa(solution, self.x))
+            for run, solution in runs.items()
+            for wanted in y
+            if _has(solution, wanted)
+        ]
+        missing = [wanted for wanted in y if all(entry[1] != wanted for entry in found)]
+        if missing:
+            _refuse(next(iter(runs.values())), missing[0])
+        return found
+
+    def _label(self, unit: str) -> str:
+        """Return the label of the ordinate."""
         what = without_unit(self.y[0]) if len(self.y) == 1 else ""
         per = "its last value" if self.per == FINAL else self.per
         label = f"{what} / {per}" if self.per is not None else f"{what} [{unit or '-'}]"
-        label = "\n".join(textwrap.wrap(label.strip(), WIDTH))
-        x_label = f"{without_unit(self.x or 'time')} [{x_unit or '-'}]"
-        return _seen(lines) if len(runs) == 1 else lines, label, x_label
+        return "\n".join(textwrap.wrap(label.strip(), WIDTH))
 
     def _of_these(self, runs: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the runs that the diagram shows."""
@@ -159,6 +160,14 @@ class Diagram:
                 remedy='Write "strut force fx / strut force fx at 0.645"',
             )
         return float(value)
+
+
+def _line(y: Sequence[str], order: list[str], wanted: str, run: str, x: np.ndarray, values: np.ndarray) -> Line:
+    """Return the curve of a column in one of several runs: colours are of columns, and dashes of runs, or colours."""
+    label = ", ".join(part for part in (wanted if len(y) > 1 else "", run if len(order) > 1 else "") if part)
+    color = y.index(wanted) if len(y) > 1 else order.index(run)
+    dash = DASHES[order.index(run) % len(DASHES)] if len(y) > 1 else "-"
+    return Line(label, x, values, COLORS[color % len(COLORS)], dash)
 
 
 def _seen(lines: list[Line]) -> list[Line]:

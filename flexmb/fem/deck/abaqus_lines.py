@@ -75,15 +75,61 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
     if not rows:
         raise block.wrong("no data line", "the dimensions of the section")
     if general and shape == "GENERAL":
-        area, i11, i12, i22, j, *sectorial = block.reals(rows[0], 7, 0.0)
-        if any(sectorial):
-            deck.inventory.left_out["*BEAM GENERAL SECTION: sectorial moment and warping constant"] += 1
-        if not area > 0.0 or i11 <= 0.0 or i22 <= 0.0 or j < 0.0:
-            raise block.wrong(f"A = {area:g}, I11 = {i11:g}, I22 = {i22:g}, J = {j:g}", "positive constants")
-        section = Section.values(area, i11, i22, j or 1e-9 * (i11 + i22), 1e6, 1e6, product_yz=-i12)
+        section = _of_constants(block, rows[0], deck)
     else:
         section = _section(shape, block, block.reals([w for w in rows[0] if w]))
-    if general and "MATERIAL" not in block.parameters:
+    material = _material(block, rows, deck, materials)
+    section = _sheared(block, flat, section, material.young / (2.0 + 2.0 * material.poisson), deck)
+    center = _center(shape, block, flat, rows[0], deck)
+    # a section given by its constants has its shear centre at the nodes where no keyword places it
+    shear_center = _pair(flat, block, "SHEAR CENTER") if shape == "GENERAL" else center
+    section = replace(section, area_center=center, shear_center=shear_center, mass_center=center)
+    given = len(rows) > 1 and any(rows[1])
+    direction = flat.scopes[scope].rotation @ (block.reals(rows[1], 3, 0.0) if given else [0.0, 0.0, -1.0])
+    group = [element for element in elements if shape_of(element.kind)[0] == "beam"]
+    for element in elements:
+        if element not in group:
+            raise block.wrong(f"{element.kind} with a beam section", "B31, B32 or B33")
+        deck.inventory.read[element.kind] += 1
+    if of_three := sum(shape_of(element.kind)[1] == "line3" for element in group):
+        deck.inventory.approximated["beams of three nodes, as two beams"] += of_three
+    pairs, labels, towards = _segments(group, block)
+    y, parallel = _sides(deck.points, pairs, towards, direction)
+    if parallel.any() and _has_sides(section):
+        label = labels[int(parallel.argmax())]
+        if given:
+            raise block.wrong(f"element {label} along its direction n1", "a direction across the beam")
+        deck.inventory.approximated["beams along -z, the direction n1 where none is given, with n1 = x"] += int(
+            parallel.sum()
+        )
+    none: frozenset[int] = frozenset()
+    deck.beams.append(
+        Beams(
+            nodes=pairs,
+            labels=labels,
+            sections=[(section, section)] * len(pairs),
+            material=material,
+            y_axis=y,
+            offsets=np.zeros((len(pairs), 2, 3)),
+            released=[(none, none)] * len(pairs),
+            group=block.parameters["ELSET"],
+        )
+    )
+
+
+def _of_constants(block: Block, row, deck: Deck) -> Section:
+    """Return the section of *BEAM GENERAL SECTION, SECTION=GENERAL."""
+    area, i11, i12, i22, j, *sectorial = block.reals(row, 7, 0.0)
+    if any(sectorial):
+        deck.inventory.left_out["*BEAM GENERAL SECTION: sectorial moment and warping constant"] += 1
+    if not area > 0.0 or i11 <= 0.0 or i22 <= 0.0 or j < 0.0:
+        raise block.wrong(f"A = {area:g}, I11 = {i11:g}, I22 = {i22:g}, J = {j:g}", "positive constants")
+    return Section.values(area, i11, i22, j or 1e-9 * (i11 + i22), 1e6, 1e6, product_yz=-i12)
+
+
+def _material(block: Block, rows, deck: Deck, materials: Materials) -> Material:
+    """Return the material of beams: that which the card names, or the moduli on the third line of a general section."""
+    if block.name == "BEAM GENERAL SECTION" and "MATERIAL" not in block.parameters:
         young, shear = block.reals(rows[2], 2, 0.0) if len(rows) > 2 else (0.0, 0.0)
         density = block.reals([block.parameters.get("DENSITY", "0") or "0"], 1)[0]
         name, poisson = "general", young / (2.0 * shear) - 1.0 if shear > 0.0 else 0.0
@@ -94,48 +140,19 @@ def beam_section(elements, block: Block, scope: str, flat: Flat, deck: Deck, mat
         young, poisson, density, name = elastic.young, elastic.poisson, elastic.density, elastic.name
     if not young > 0.0 or not -1.0 < poisson < 0.5:
         raise block.wrong(f"E = {young:g}, nu = {poisson:g}", "an isotropic material")
-    section = _sheared(block, flat, section, young / (2.0 + 2.0 * poisson), deck)
-    center = _center(shape, block, flat, rows[0], deck)
-    # a section given by its constants has its shear centre at the nodes where no keyword places it
-    shear_center = _pair(flat, block, "SHEAR CENTER") if shape == "GENERAL" else center
-    section = replace(section, area_center=center, shear_center=shear_center, mass_center=center)
-    direction = np.array(block.reals(rows[1], 3, 0.0)) if len(rows) > 1 and any(rows[1]) else np.array([0.0, 0.0, -1.0])
-    direction = flat.scopes[scope].rotation @ direction
-    group = [element for element in elements if shape_of(element.kind)[0] == "beam"]
-    for element in elements:
-        if element not in group:
-            raise block.wrong(f"{element.kind} with a beam section", "B31, B32 or B33")
-        deck.inventory.read[element.kind] += 1
-    if of_three := sum(shape_of(element.kind)[1] == "line3" for element in group):
-        deck.inventory.approximated["beams of three nodes, as two beams"] += of_three
-    pairs, labels, towards = _segments(group, block)
-    along = deck.points[pairs[:, 1]] - deck.points[pairs[:, 0]]
+    return Material(young=young, poisson=poisson, density=max(density, LOWEST), name=name)
+
+
+def _sides(points: np.ndarray, pairs: np.ndarray, towards: np.ndarray, direction) -> tuple[np.ndarray, np.ndarray]:
+    """Return the directions n1 (n, 3) of beams, x for those along it, and which these are, (n,) bool."""
+    along = points[pairs[:, 1]] - points[pairs[:, 0]]
     y = np.broadcast_to(direction, along.shape).copy()
     own = towards >= 0
-    y[own] = deck.points[towards[own]] - deck.points[pairs[own, 0]]
+    y[own] = points[towards[own]] - points[pairs[own, 0]]
     sizes = np.linalg.norm(along, axis=1) * np.linalg.norm(y, axis=1)
     parallel = np.linalg.norm(np.cross(along, y), axis=1) <= 1e-6 * sizes
-    if parallel.any() and _has_sides(section):
-        label = labels[int(parallel.argmax())]
-        if len(rows) > 1 and any(rows[1]):
-            raise block.wrong(f"element {label} along its direction n1", "a direction across the beam")
-        deck.inventory.approximated["beams along -z, the direction n1 where none is given, with n1 = x"] += int(
-            parallel.sum()
-        )
     y[parallel] = [1.0, 0.0, 0.0]
-    none: frozenset[int] = frozenset()
-    deck.beams.append(
-        Beams(
-            nodes=pairs,
-            labels=labels,
-            sections=[(section, section)] * len(pairs),
-            material=Material(young=young, poisson=poisson, density=max(density, LOWEST), name=name),
-            y_axis=y,
-            offsets=np.zeros((len(pairs), 2, 3)),
-            released=[(none, none)] * len(pairs),
-            group=block.parameters["ELSET"],
-        )
-    )
+    return y, parallel
 
 
 def _has_sides(section: Section) -> bool:

@@ -108,33 +108,41 @@ def _elastic(name: str, head: Block, blocks: list[Block]) -> Elastic:
     kind = next((name for name in known if word[:3] == name[:3]), word)
     values = [x for row in elastic.rows()[:3] for x in elastic.reals([w for w in row if w])]
     if kind == "ISOTROPIC":
-        e, nu = (*elastic.reals([w for w in elastic.rows()[0][:2] if w]), 0.0)[:2]
-        if not e > 0.0:
-            raise elastic.wrong(f"Young's modulus E = {e:g}", "E > 0")
-        if not -1.0 < nu <= 0.5:
-            raise elastic.wrong(f"Poisson's ratio nu = {nu:g}", "-1 < nu < 0.5")
-        nu = min(nu, INCOMPRESSIBLE)
-        g = e / (2.0 * (1.0 + nu))
-        solid = np.diag([2.0 * g] * 3 + [g] * 3)
-        solid[:3, :3] += e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
-        plane = e / (1.0 - nu**2) * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])
-        return Elastic(name, density, solid, plane, e, nu, (g, g), True)
+        return _isotropic(name, density, elastic)
     needs = {"ENGINEERING CONSTANTS": 9, "ORTHOTROPIC": 9, "ANISOTROPIC": 21, "LAMINA": 6}
     if kind not in needs:
         raise elastic.wrong(f"TYPE={kind}", f"ISOTROPIC, {', '.join(needs)}")
     if len(values) < needs[kind]:
         raise elastic.wrong(f"{len(values)} constants", f"{needs[kind]} for TYPE={kind}")
     if kind == "LAMINA":
-        e1, e2, nu12, g12, g13, g23 = values[:6]
-        rest = 1.0 - nu12**2 * e2 / e1 if e1 > 0.0 else 0.0
-        if not (e1 > 0.0 and e2 > 0.0 and rest > 0.0):
-            raise elastic.wrong(f"E1 = {e1:g}, E2 = {e2:g}, nu12 = {nu12:g}", "moduli > 0, nu12^2 < E1 / E2")
-        plane = np.array([[e1, nu12 * e2, 0.0], [nu12 * e2, e2, 0.0], [0.0, 0.0, g12 * rest]]) / rest
-        return Elastic(name, density, None, plane, 0.0, nu12, (g13 or np.inf, g23 or np.inf), False)
+        return _lamina(name, density, values[:6], elastic)
     full = _stiffness(kind, values, elastic)
     compliance = np.linalg.inv(full)
     flat = np.linalg.inv(compliance[np.ix_([0, 1, 3], [0, 1, 3])])
     return Elastic(name, density, full, flat, 0.0, 0.3, (full[5, 5], full[4, 4]), False)
+
+
+def _isotropic(name: str, density: float, block: Block) -> Elastic:
+    e, nu = (*block.reals([w for w in block.rows()[0][:2] if w]), 0.0)[:2]
+    if not e > 0.0:
+        raise block.wrong(f"Young's modulus E = {e:g}", "E > 0")
+    if not -1.0 < nu <= 0.5:
+        raise block.wrong(f"Poisson's ratio nu = {nu:g}", "-1 < nu < 0.5")
+    nu = min(nu, INCOMPRESSIBLE)
+    g = e / (2.0 * (1.0 + nu))
+    solid = np.diag([2.0 * g] * 3 + [g] * 3)
+    solid[:3, :3] += e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    plane = e / (1.0 - nu**2) * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])
+    return Elastic(name, density, solid, plane, e, nu, (g, g), True)
+
+
+def _lamina(name: str, density: float, constants: list[float], block: Block) -> Elastic:
+    e1, e2, nu12, g12, g13, g23 = constants
+    rest = 1.0 - nu12**2 * e2 / e1 if e1 > 0.0 else 0.0
+    if not (e1 > 0.0 and e2 > 0.0 and rest > 0.0):
+        raise block.wrong(f"E1 = {e1:g}, E2 = {e2:g}, nu12 = {nu12:g}", "moduli > 0, nu12^2 < E1 / E2")
+    plane = np.array([[e1, nu12 * e2, 0.0], [nu12 * e2, e2, 0.0], [0.0, 0.0, g12 * rest]]) / rest
+    return Elastic(name, density, None, plane, 0.0, nu12, (g13 or np.inf, g23 or np.inf), False)
 
 
 def _stiffness(kind: str, v: list[float], block: Block) -> np.ndarray:

@@ -166,13 +166,7 @@ def _parameters(bulk: Bulk, deck: Deck) -> None:
 
 def _sets(bulk: Bulk, deck: Deck) -> None:
     """Take SET1 and SET3 of grid points and elements, with names from preprocessors' comments, and properties."""
-    names: dict[tuple[int, int], str] = {}
-    properties: dict[str, str] = {}
-    for line in bulk.comments:
-        if match := SET_NAME.match(line):
-            names[(int(match[1]), int(match[2]))] = match[3]
-        elif match := PROPERTY_NAME.match(line):
-            properties[f"pid_{match[1] or match[3]}"] = match[2] or match[4]
+    names, properties = _named_in_comments(bulk)
     by_element: dict[int, np.ndarray] = {}  # made where a set of elements asks for it: a dictionary of all is large
     for card in bulk.of("SET1", "SET3"):
         kind = card.text(2).upper() if card.name == "SET3" else ""
@@ -191,11 +185,9 @@ def _sets(bulk: Bulk, deck: Deck) -> None:
         labels = np.array(thru(card, words, by_element if of_elements else deck.labels.tolist()), np.int64)
         if of_elements:
             nodes = [by_element[n] for n in labels.tolist() if n in by_element]
-            found = np.unique(np.concatenate(nodes)) if nodes else np.zeros(0, np.int64)
+            found = np.concatenate(nodes) if nodes else np.zeros(0, np.int64)
         else:
-            found = np.searchsorted(deck.labels, labels)
-            inside = found < len(deck.labels)
-            found = found[inside][deck.labels[found[inside]] == labels[inside]]
+            found = _rows(deck.labels, labels)
         if len(found):
             deck.node_sets[name] = np.unique(found)
         deck.inventory.read[card.name] += 1
@@ -203,6 +195,27 @@ def _sets(bulk: Bulk, deck: Deck) -> None:
         own = properties.get(group.group, group.group)
         members = np.unique(group.nodes)
         deck.node_sets[own] = np.union1d(deck.node_sets.get(own, members[:0]), members)
+
+
+def _named_in_comments(bulk: Bulk) -> tuple[dict[tuple[int, int], str], dict[str, str]]:
+    """Return names that preprocessors write in comments: of sets by number and kind (1 nodes, 2 elements), of
+    properties.
+    """
+    names: dict[tuple[int, int], str] = {}
+    properties: dict[str, str] = {}
+    for line in bulk.comments:
+        if match := SET_NAME.match(line):
+            names[(int(match[1]), int(match[2]))] = match[3]
+        elif match := PROPERTY_NAME.match(line):
+            properties[f"pid_{match[1] or match[3]}"] = match[2] or match[4]
+    return names, properties
+
+
+def _rows(known: np.ndarray, labels: np.ndarray) -> np.ndarray:
+    """Return the rows of labels among the `known` ones, which are sorted, without labels that are not there."""
+    found = np.searchsorted(known, labels)
+    inside = found < len(known)
+    return found[inside][known[found[inside]] == labels[inside]]
 
 
 def _elements(deck: Deck) -> dict[int, np.ndarray]:

@@ -94,21 +94,17 @@ def _pieces(deck: Deck, row: tuple, stations: Stations) -> list[tuple]:
     ]
 
 
-def _element(card: Card, default: Card | None, deck: Deck, frames: dict[int, np.ndarray]):
-    """Return nodes (2,), number, y-axis (3,), offsets (2, 3) in basic axes and released directions of one beam."""
-    a, b = (int(n) for n in deck.numbers([card.integer(3), card.integer(4)], f"{card.where}, {card.name}"))
-    word = card.text(5)
-    direction: np.ndarray
-    if not word and default is not None and default.text(5):
-        source = default
-    else:
-        source = card
+def _direction(card: Card, default: Card | None, a: int, deck: Deck, frames: dict[int, np.ndarray]) -> np.ndarray:
+    """Return the orientation vector (3,) of a beam from the node `a` on: given, or towards a grid point."""
+    source = default if not card.text(5) and default is not None and default.text(5) else card
     if source.text(5) and not source.is_real(5) and not source.text(6) and not source.text(7):
         other = int(deck.numbers([source.integer(5)], f"{card.where}, {card.name}")[0])
-        direction = deck.points[other] - deck.points[a]
-    else:
-        direction = np.array([source.real(k, 0.0) for k in (5, 6, 7)])
-        direction = direction @ frames.get(a, np.eye(3))  # in the displacement system of end A
+        return deck.points[other] - deck.points[a]
+    return np.array([source.real(k, 0.0) for k in (5, 6, 7)]) @ frames.get(a, np.eye(3))  # in the system of end A
+
+
+def _offset_systems(card: Card, default: Card | None, deck: Deck) -> str:
+    """Return in which systems the orientation and the offsets of both ends are given: OFFT, as "GGG"."""
     words = [given.text(8).upper() for given in (card, default) if given is not None]
     flags = next((word for word in words if word not in ("", "1", "2")), "")  # of old: 1 a vector, 2 a grid point
     if card.name == "CBEAM" and card.is_real(8):
@@ -116,7 +112,14 @@ def _element(card: Card, default: Card | None, deck: Deck, frames: dict[int, np.
         flags = ""
     if flags and not re.fullmatch("[GB][GO][GO]", flags):
         raise card.refused(f"OFFT = {flags}", "GGG, GGO, GOG, GOO or the same with B first")
-    system = flags or "GGG"
+    return flags or "GGG"
+
+
+def _element(card: Card, default: Card | None, deck: Deck, frames: dict[int, np.ndarray]):
+    """Return nodes (2,), number, y-axis (3,), offsets (2, 3) in basic axes and released directions of one beam."""
+    a, b = (int(n) for n in deck.numbers([card.integer(3), card.integer(4)], f"{card.where}, {card.name}"))
+    direction = _direction(card, default, a, deck, frames)
+    system = _offset_systems(card, default, deck)
     offsets = np.array([[card.real(11 + 3 * end + k, 0.0) for k in range(3)] for end in range(2)])
     points = deck.points[[a, b]]
     if system[0] == "B":  # the orientation in the basic system

@@ -18,6 +18,11 @@ from flexmb.fem.ranges import LARGEST, RANGE
 
 __all__ = ["add_links", "add_references", "add_supports", "components", "thru"]
 
+Held = dict[int, list[tuple[int, list[int]]]]
+"""By set: nodes and the components that are held."""
+Across = dict[int, list[tuple[int, np.ndarray]]]
+"""By set: supports of scalar points that are directions of nodes."""
+
 
 def add_links(bulk: Bulk, deck: Deck, frames: Frames) -> None:
     """Add all rigid and averaging links."""
@@ -259,8 +264,29 @@ def thru(card: Card, words: list[str], known: Collection[int] | None = None) -> 
 
 def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
     """Add supports by set: "spc_1", and "spc" for the set that the case control chooses."""
-    held: dict[int, list[tuple[int, list[int]]]] = {}
-    across: dict[int, list[tuple[int, np.ndarray]]] = {}
+    held: Held = {}
+    across: Across = {}
+    _add_single(bulk, deck, held, across)
+    _add_lists(bulk, deck, held, across)
+    for card in bulk.of("SPCADD"):
+        members = [card.integer(k) for k in range(2, len(card.fields)) if card.text(k)]
+        held[card.integer(1)] = [pair for member in members for pair in held.get(member, [])]
+        across[card.integer(1)] = [row for member in members for row in across.get(member, [])]
+        deck.inventory.read["SPCADD"] += 1
+    for number, pairs in held.items():
+        keep_supports(deck, f"spc_{number}", pairs, frames, across.get(number, ()))
+    if permanent := _permanent(bulk, deck, table):
+        keep_supports(deck, "grid_ps", permanent, frames)
+    chosen = bulk.choices.get("SPC", next(iter(held)) if len(held) == 1 else None)
+    names = [name for name in (f"spc_{chosen}", "grid_ps") if name in deck.supports]
+    if names:
+        deck.supports["spc"] = np.unique(np.vstack([deck.supports[name] for name in names]), axis=0)
+    if rows := [row for name in names for row in deck.slanted.get(name, [])]:
+        deck.slanted["spc"] = rows
+
+
+def _add_single(bulk: Bulk, deck: Deck, held: Held, across: Across) -> None:
+    """Add the grid points of SPC cards, two on each."""
     for card in bulk.of("SPC"):
         for at in (2, 5):
             if card.text(at) and card.integer(at) in deck.scalar_points:
@@ -268,6 +294,10 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
             elif card.text(at):
                 held.setdefault(card.integer(1), []).append((_node(card, deck, at), components(card, at + 1)))
         deck.inventory.read["SPC"] += 1
+
+
+def _add_lists(bulk: Bulk, deck: Deck, held: Held, across: Across) -> None:
+    """Add the grid points of SPC1 cards, which list them."""
     existing = set(deck.labels.tolist()) | set(deck.scalar_points) if bulk.of("SPC1") else set()
     for card in bulk.of("SPC1"):
         words = [word for word in card.fields[3:] if word]
@@ -280,40 +310,25 @@ def add_supports(bulk: Bulk, deck: Deck, frames: Frames, table) -> None:
         for node in deck.numbers(labels, f"{card.where}, SPC1 {card.text(1)}"):
             held.setdefault(card.integer(1), []).append((int(node), components(card, 2)))
         deck.inventory.read["SPC1"] += 1
-    for card in bulk.of("SPCADD"):
-        members = [card.integer(k) for k in range(2, len(card.fields)) if card.text(k)]
-        held[card.integer(1)] = [pair for member in members for pair in held.get(member, [])]
-        across[card.integer(1)] = [row for member in members for row in across.get(member, [])]
-        deck.inventory.read["SPCADD"] += 1
-    permanent = []
-    if table is not None:
-        for row in np.flatnonzero(~table.blank(7)):
-            card = table.card(int(row))
-            if card.text(7) != "0":
-                permanent.append((_node(card, deck, 1), components(card, 7)))
-        base = bulk.of("GRDSET")[:1]
-        if base and base[0].text(7) not in ("", "0"):
-            others = deck.numbers(table.integers(1)[table.blank(7)], "GRID cards")
-            permanent += [(int(node), components(base[0], 7)) for node in np.unique(others)]
-    for number, pairs in held.items():
-        keep_supports(deck, f"spc_{number}", pairs, frames, across.get(number, ()))
-    if permanent:
-        keep_supports(deck, "grid_ps", permanent, frames)
-    chosen = bulk.choices.get("SPC", next(iter(held)) if len(held) == 1 else None)
-    names = [name for name in (f"spc_{chosen}", "grid_ps") if name in deck.supports]
-    if names:
-        deck.supports["spc"] = np.unique(np.vstack([deck.supports[name] for name in names]), axis=0)
-    if rows := [row for name in names for row in deck.slanted.get(name, [])]:
-        deck.slanted["spc"] = rows
 
 
-def _hold_point(
-    deck: Deck,
-    label: int,
-    card: Card,
-    held: dict[int, list[tuple[int, list[int]]]],
-    across: dict[int, list[tuple[int, np.ndarray]]],
-) -> None:
+def _permanent(bulk: Bulk, deck: Deck, table) -> list[tuple[int, list[int]]]:
+    """Return what GRID cards hold themselves, with the default of GRDSET: nodes and components."""
+    if table is None:
+        return []
+    found = []
+    for row in np.flatnonzero(~table.blank(7)):
+        card = table.card(int(row))
+        if card.text(7) != "0":
+            found.append((_node(card, deck, 1), components(card, 7)))
+    base = bulk.of("GRDSET")[:1]
+    if base and base[0].text(7) not in ("", "0"):
+        others = deck.numbers(table.integers(1)[table.blank(7)], "GRID cards")
+        found += [(int(node), components(base[0], 7)) for node in np.unique(others)]
+    return found
+
+
+def _hold_point(deck: Deck, label: int, card: Card, held: Held, across: Across) -> None:
     """Hold a scalar point: the direction of a node, along a basic axis or across."""
     point, number = deck.scalar_points[label], card.integer(1)
     held.setdefault(number, [])

@@ -77,6 +77,23 @@ def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
     for cell_type, cells in grouped.blocks:
         first.append(counted[cell_type])
         counted[cell_type] += len(cells)
+    nodes, facets, cell_sets = _sets(grouped, order, first)
+    merged, cell_sets = _each_once(merged, cell_sets, grouped)
+    return Mesh(
+        points=points,
+        cells=merged,
+        name=name,
+        cell_sets=cell_sets,
+        node_sets={key: np.unique(np.concatenate(value)).astype(np.int64) for key, value in nodes.items()},
+        facet_sets={key: without_copies(stacked(value)) for key, value in facets.items()},
+        numbering=None if grouped.labels is None else Numbering(nodes=np.asarray(grouped.labels, np.int64)),
+    )
+
+
+def _sets(grouped: GroupedMesh, order: list[str], first: list[int]):
+    """Return nodes and facets of every group, in pieces, and the cells, by the types in `order`; `first` is the row of
+    each block's first cell among all of its type.
+    """
     nodes = {key: [np.asarray(value, np.int64)] for key, value in grouped.node_sets.items()}
     facets = {key: [value] for key, value in grouped.facet_sets.items()}
     for key, facet_nodes in grouped.facet_sets.items():
@@ -94,16 +111,7 @@ def to_mesh(grouped: GroupedMesh, name: str, part: str) -> Mesh:
                 facets.setdefault(key, []).append(np.asarray(cells)[chosen])
         if any(len(row) > 1 for row in members.values()):
             cell_sets[key] = tuple(np.unique(np.concatenate(members[t])) for t in order)
-    merged, cell_sets = _each_once(merged, cell_sets, grouped)
-    return Mesh(
-        points=points,
-        cells=merged,
-        name=name,
-        cell_sets=cell_sets,
-        node_sets={key: np.unique(np.concatenate(value)).astype(np.int64) for key, value in nodes.items()},
-        facet_sets={key: without_copies(stacked(value)) for key, value in facets.items()},
-        numbering=None if grouped.labels is None else Numbering(nodes=np.asarray(grouped.labels, np.int64)),
-    )
+    return nodes, facets, cell_sets
 
 
 def _each_once(cells, cell_sets, grouped: GroupedMesh):
