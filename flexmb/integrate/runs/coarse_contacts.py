@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.integrate.runs.spells import POWER
-from flexmb.math.switches import TURN_GAP
+from flexmb.math.switches import FORMULA, HELD, KINK, TURN_GAP
 
 __all__ = ["CoarseContacts"]
 
@@ -35,12 +35,18 @@ class CoarseContacts:
         self.told: set[str] = set()
 
     def look(self, system: Any, switching: Any) -> dict[str, Any]:
-        """Take the contacts that have ended since the last look; return their number, and the fewest steps in one."""
-        if switching is None or not np.any(switching.spells["ended"] > 0.0):
+        """Take the contacts that have ended since the last look; return their number, and the fewest steps in one.
+
+        What a relay or a quantiser looks at passes zero as a gap does, and is none: its values are found from outside.
+        """
+        if switching is None:
             return {}
-        spells, limits = switching.spells, switching.limits[0]
-        ended, fewest = int(spells["ended"].sum()), float(spells["worst_steps"][spells["ended"] > 0.0].min())
-        for n in np.flatnonzero(spells["ended"]):
+        spells, limits, now = switching.spells, switching.limits[0], switching.now
+        gone = (spells["ended"] > 0.0) & ~((now[:, 0] == KINK) & (now[:, FORMULA] == HELD))
+        if not np.any(gone):
+            return {}
+        ended, fewest = int(spells["ended"][gone].sum()), float(spells["worst_steps"][gone].min())
+        for n in np.flatnonzero(gone):
             angle, spell, owner = switching.now[n, 0] == TURN_GAP, spells[n], system.switch_owners[n]
             unit, floor = ("rad/s", limits.share) if angle else ("m/s", limits.floor)
             self.largest[unit] = max(self.largest[unit], float(spell.largest_change))
