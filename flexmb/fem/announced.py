@@ -9,6 +9,8 @@ import struct
 import zipfile
 from pathlib import Path
 
+from flexmb.fem.foreign_memory import no_more_than
+
 __all__ = ["require_counts", "require_unpacked"]
 
 HEADER = 1_000_000
@@ -19,6 +21,9 @@ PER_BYTE, FEW = 100, 100_000_000
 """Bytes of all unpacked arrays for a byte of an .npz file, and of any file."""
 FEW_UNPACKED = 600_000_000
 """Bytes of all unpacked arrays of a VTU file of any size: what its reader may take."""
+READING, PER_READ = 200_000_000, 20
+"""Bytes that the reader of a compressed VTU file may take, of any size and for each byte of it and of what its headers
+announce: up to six were seen. What unpacks to more than its headers say is not unpacked to its end."""
 ARRAY = re.compile(rb"<DataArray\b[^>]{0,2000}>\s*")
 DIMENSIONS = re.compile(rb"^DIMENSIONS[ \t]+(\d+)[ \t]+(\d+)[ \t]+(\d+)", re.MULTILINE | re.IGNORECASE)
 
@@ -49,18 +54,18 @@ def require_counts(path: Path) -> None:
         if grid is not None:
             cells = [max(int(count) - 1, 1) for count in grid.groups()]  # a byte for each of them may be all there is
             _require([math.prod(cells)], max(size, GRID))
-
-    elif suffix == ".vtu":
-        unpacked, most = _unpacked(path.read_bytes()), FEW_UNPACKED + PER_BYTE * size
+    elif suffix == ".vtu" and (unpacked := _unpacked(path.read_bytes())) is not None:
+        most = FEW_UNPACKED + PER_BYTE * size
         if unpacked > most:
             raise ValueError(f"its arrays unpack to {unpacked / 1e6:.4g} MB; at most {most / 1e6:.4g} MB are read")
+        no_more_than(READING + PER_READ * (size + unpacked))
 
 
-def _unpacked(text: bytes) -> int:
-    """Return how many bytes the compressed arrays of a VTU file have, by the headers of their blocks."""
+def _unpacked(text: bytes) -> int | None:
+    """Return how many bytes the arrays of a compressed VTU file have, by the headers of their blocks; else None."""
     root = re.search(rb"<VTKFile\b[^>]*>", text[:HEADER])
     if root is None or b"compressor=" not in root.group():
-        return 0
+        return None
     number = "Q" if b'"UInt64"' in root.group() else "I"
     order = ">" if b'"BigEndian"' in root.group() else "<"
     head = struct.Struct(order + 3 * number)  # number of blocks, bytes of one, bytes of the last

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["memory_for"]
+__all__ = ["memory_for", "no_more_than"]
 
 PER_BYTE, FEW = 100, 600_000_000
 """Bytes of memory for a byte of the file, and for any file: no reader here takes more than some 20 for sound ones."""
@@ -29,18 +29,43 @@ def memory_for(path: Path, per_byte: int = PER_BYTE) -> Iterator[None]:
         _released(before)
 
 
-def _limited(path: Path, per_byte: int) -> tuple[int, int] | None:
+def no_more_than(size: int) -> None:
+    """Let the block that is open take only so many more bytes from now on; nothing happens if several are open, since
+    the others may read more.
+    """
+    if (taken := _taken()) is None:
+        return
+    import resource
+
+    with _LOCK:
+        if len(_NESTED) == 1:
+            now, hard = resource.getrlimit(resource.RLIMIT_AS)
+            resource.setrlimit(resource.RLIMIT_AS, (min(now, taken + size), hard))
+
+
+def _taken() -> int | None:
+    """Return the bytes of address space of this process; None where there is no limit of them."""
     try:
         import resource
 
-        pages = int(Path("/proc/self/statm").read_text().split()[0])
-        size = path.stat().st_size
+        return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     except (ImportError, OSError):
         return None
+
+
+def _limited(path: Path, per_byte: int) -> tuple[int, int] | None:
+    try:
+        size = path.stat().st_size
+    except OSError:
+        return None
+    if (taken := _taken()) is None:
+        return None
+    import resource
+
     with _LOCK:
         before = resource.getrlimit(resource.RLIMIT_AS)
         if not _NESTED:
-            most = pages * resource.getpagesize() + FEW + per_byte * size
+            most = taken + FEW + per_byte * size
             allowed = [bound for bound in before if bound != resource.RLIM_INFINITY]
             resource.setrlimit(resource.RLIMIT_AS, (min(most, *allowed) if allowed else most, before[1]))
         _NESTED.append(before)

@@ -8,6 +8,7 @@ import struct
 import sys
 import zipfile
 import zlib
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -253,6 +254,43 @@ def test_a_unit_whose_directory_lies(tmp_path):
     with pytest.raises(FlexmbError, match="Fmu"):
         fmi.cosimulate(model, unit, 0.01, step=0.01)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 150_000
+
+
+@pytest.mark.parametrize("read", [fem.read_mesh, read_triangles])
+def test_headers_of_less_than_the_blocks_unpack_to(tmp_path, read):
+    """8 MB whose header speaks of 96 bytes unpack to 8 GB: 0.4 GB, and not 1.7 GB, are unpacked until it is refused."""
+    press = zlib.compressobj(9, wbits=-15)
+    block = b"\x78\xda" + 512 * (press.compress(bytes(1 << 24)) + press.flush(zlib.Z_FULL_FLUSH)) + press.flush()
+    head, body = coded(1, 96, 0, len(block)), base64.b64encode(block).decode()
+    text = VTU.format('compressor="vtkZLibDataCompressor"', f'format="binary">{head}{body}', "")
+    (tmp_path / "lying.vtu").write_text(text)
+    Path("/proc/self/clear_refs").write_text("5")  # the largest size so far is the present one
+    before = resident()
+    with pytest.raises(FlexmbError, match="asks for more memory"):
+        read(tmp_path / "lying.vtu")
+    assert resident() - before < 500e6
+
+
+def resident():
+    """bytes of memory, at most since the last reset"""
+    with open("/proc/self/status") as text:
+        return next(1024 * int(line.split()[1]) for line in text if line.startswith("VmHWM"))
+
+
+def test_compressed_zeros_are_read(tmp_path):
+    """8 MB of a field of zeros in a file of some 80 kB: what sound headers announce may be taken."""
+    meshio = pytest.importorskip("meshio")
+    n = 20
+    place = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, n)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    at = np.arange(n**3).reshape(n, n, n)
+    corners = [
+        at[i : n - 1 + i, j : n - 1 + j, k : n - 1 + k] for k in (0, 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))
+    ]
+    cells = np.stack(corners, -1).reshape(-1, 8)
+    zeros = {"load": np.zeros((len(place), 128))}
+    meshio.write(tmp_path / "zeros.vtu", meshio.Mesh(place, [("hexahedron", cells)], point_data=zeros))
+    assert (tmp_path / "zeros.vtu").stat().st_size < 150_000
+    assert len(fem.read_mesh(tmp_path / "zeros.vtu").points) == n**3
 
 
 def test_the_limit_is_taken_back(tmp_path):
