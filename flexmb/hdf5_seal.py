@@ -63,6 +63,10 @@ def state_of(path: str | Path) -> str:
             if found:
                 whole = found == (end, _checksum(stream, end)) and end == _end(stream)
                 return WHOLE if whole else BROKEN
+        if (end := _end(stream)) < size:
+            stream.seek(end)
+            if stream.read(_SEAL.size) == bytes(_SEAL.size):  # a copy that broke off, filled up with zeros
+                return BROKEN
     mended = hdf5_parity.mend(path)
     return BROKEN if mended is not None and mended.damaged else NONE
 

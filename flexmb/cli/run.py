@@ -140,8 +140,8 @@ def _without_samples(
             fmb.save_model(model, folder / MODEL, simulation)
         else:
             said.text = f"its samples are stored; flexmb resume {folder} continues it"
-    except DataFileError:  # the error that ends the run is the one to tell
-        said.text = ""
+    except DataFileError as error:  # the error that ends the run is the one to tell, after Ctrl-C this one
+        said.text = f"{error.part}: {error.found}"
 
 
 def kept(solution: fmb.Solution, folder: Path, log: Log) -> fmb.Solution:

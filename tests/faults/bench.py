@@ -137,14 +137,15 @@ SCENES: dict[str, tuple[Callable[[], fmb.Model], fmb.Simulation, float]] = {
     ),
     "break": (
         breaking,
-        fmb.Simulation(t_end=0.3, samples=SAMPLES, integrator=fmb.GeneralizedAlpha(rtol=1e-5)),
+        fmb.Simulation(t_end=0.3, samples=SAMPLES, integrator=fmb.GeneralizedAlpha(step=2e-4, follow_errors=False)),
         1e-9,
     ),
 }
 """Models by name, how they are run, and how far a resumed run may be from one in a piece.
 
 An elastic body; rigid contacts in time steps, and compliant ones, both with a block whose value is held between sample
-times; a reduced part under a controller with states, with two events."""
+times; a reduced part under a controller with states, with two events. There errors are not followed: the motion beside,
+which is taken over an event from wherever the block of steps had come, moves the digits behind it (4e-11 m)."""
 
 
 class Bench:

@@ -100,6 +100,19 @@ def test_what_cannot_be_restored_costs_its_rows_only(whole, tmp_path, place_of_q
     np.testing.assert_allclose(load(path)["place"][:, 2], -9.81 / 2 * again.t**2, atol=1e-8)
 
 
+def test_zeros_at_the_end_are_no_numbers(whole, tmp_path):
+    """A copy that broke off and was filled up to its size: behind the seal nothing is missing, before it numbers may
+    be, and nothing tells which.
+    """
+    seal = whole.index(b"FLEXSEAL")
+    for kept in (seal, seal - 1, seal - 2000, len(whole) // 2):
+        (tmp_path / "copy.h5").write_bytes(whole[:kept] + bytes(len(whole) - kept))
+        with pytest.raises(DataFileError, match="its checksum does not match its content"):
+            load(tmp_path / "copy.h5")
+    (tmp_path / "copy.h5").write_bytes(whole[: seal + 24] + bytes(len(whole) - seal - 24))
+    assert len(load(tmp_path / "copy.h5").t) == LINE["samples"]
+
+
 def test_a_file_without_its_notes_is_refused(whole, tmp_path):
     """Most of it is lost, and what tells rows from structure too."""
     seal, notes = whole.index(b"FLEXSEAL"), whole.index(b"phases/0/q", whole.index(b"FLEXPRTY"))
