@@ -50,7 +50,7 @@ def kill_before_writes(bench: Bench, torn: bool = False) -> Counts:
         bench.clear()
         end = ended(bench.start(before=at(number)))
         counts.crashes += end.code not in (-signal.SIGKILL, 0)  # by the clock, it may write more rarely this time
-        bench.judge(counts, end.promised, f"write {number}")
+        bench.judge(counts, end.promised, f"write {number}", killed=True)
     return counts
 
 
@@ -76,7 +76,7 @@ def kill_resume_before_writes(bench: Bench) -> Counts:
         shutil.copytree(kept, bench.run)
         end = ended(begin(resume, at(number)))
         counts.crashes += end.code not in (-signal.SIGKILL, 0)  # by the clock, it may write more rarely this time
-        bench.judge(counts, cut.promised + end.promised, f"write {number}")
+        bench.judge(counts, cut.promised + end.promised, f"write {number}", killed=True)
     return counts
 
 
@@ -91,7 +91,7 @@ def signals(bench: Bench, number: int) -> Counts:
         os.kill(child.pid, number)
         end = ended(child)
         counts.take(end, f"moment {k}", slow=sent - child.began + 5.0)
-        bench.judge(counts, end.promised, f"moment {k}")
+        bench.judge(counts, end.promised, f"moment {k}", killed=number == signal.SIGKILL)
     return counts
 
 
