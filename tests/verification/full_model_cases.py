@@ -1,5 +1,6 @@
 """Slider-crank and four-bar with Simeon's rod, reduced and as the full FE model, for comparison."""
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -118,6 +119,7 @@ def four_bar(body, sensors):
     )
 
 
+@cache
 def reduced(case: str, modes: int) -> Motion:
     """Return the motion with `modes` fixed-interface modes beside the constraint modes."""
     fe = rod()

@@ -32,7 +32,7 @@ def test_reference_itself(reference):
     np.testing.assert_allclose(lag, [u[1] for u in case["samples"].values()], rtol=0, atol=5e-4)
 
 
-@pytest.mark.parametrize("fraction", [0.3, 0.8, 2.0])
+@pytest.mark.parametrize("fraction", [0.3, pytest.param(0.8, marks=pytest.mark.slow), 2.0])
 def test_lag(fraction):
     speed = fraction * FIRST
     angle, rate = rotation(speed)
