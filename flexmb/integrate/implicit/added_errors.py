@@ -14,6 +14,7 @@ from flexmb.integrate.implicit.local_errors import SEEN, take_off_errors
 from flexmb.integrate.implicit.stages import GAMMA, STAGES, Stages
 from flexmb.integrate.implicit.straighten import straightened
 from flexmb.integrate.runs.gap import EVERY, measure
+from flexmb.integrate.runs.reaction_errors import add_difference
 from flexmb.math.block_substitution import lu_solve
 from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import entry_kernel, inner_kernel
@@ -224,4 +225,7 @@ def follow(chart, program, work, r, b, x, v, t, h, weights, third, touched):
             return
     if b.own[0].steps % EVERY == 0:
         measure(program, r.state.q, b.state.q, r.extent, b.run, b.start, t + h)
+        for i in range(len(b.lam)):
+            b.lam[i] = r.L[end, i] + b.dlam[i]
+        add_difference(r.L[end], b.lam, b.reactions)
     take_off_errors(r, b, h, weights, third)

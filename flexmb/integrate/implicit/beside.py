@@ -7,7 +7,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.integrate.runs.gap import Gap, begin_again, new_gap
-from flexmb.math.structures import ArrayOf, Floats, Record, structure
+from flexmb.integrate.runs.reaction_errors import ENDED, new_comparison
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, Record, structure
 from flexmb.math.tables import State
 
 __all__ = ["Beside", "carry", "known", "new_beside"]
@@ -97,6 +98,8 @@ class Beside(NamedTuple):
     """(nv,) 1 of rates that follow the equations of motion, 0 of those that drives prescribe: they have no errors"""
     start: Floats
     """(nq,) configuration from which motion is counted"""
+    reactions: FloatRows
+    """(ng, 4) see `flexmb.integrate.runs.reaction_errors`"""
     own: Annotated[np.ndarray, ArrayOf(BesideRun.dtype)]
     """one row"""
     run: Annotated[np.ndarray, ArrayOf(Gap.dtype)]
@@ -116,6 +119,7 @@ def new_beside(system, unknowns, state, followed: bool) -> Beside:
         state=system.state(state.t),
         free=free,
         start=state.q.copy(),
+        reactions=new_comparison(system),
         own=BesideRun.table(closes=int(unknowns.closes and ng > 0), moving=nv - int(np.sum(system.is_state))),
         run=new_gap(system, followed),
     )
@@ -127,6 +131,7 @@ def carry(before: Beside, now: Beside) -> None:
     now.own[:] = before.own
     now.own["closes"], now.own["moving"] = closes, moving
     now.run[:] = before.run
+    now.reactions[:] = ENDED  # the distance meets other equations: nothing is told of reactions from here on
     sizes = ("dx", "dv", "dlam", "start")  # a lock changes the equations alone
     if any(getattr(before, name).shape != getattr(now, name).shape for name in sizes):
         now.own["bent"] = now.own["bent_before"] = 0.0

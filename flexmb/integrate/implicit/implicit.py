@@ -18,11 +18,13 @@ from flexmb.integrate.runs.added_error import AddedError
 from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience
+from flexmb.integrate.runs.reaction_errors import shares_of_reactions
 from flexmb.integrate.runs.spin_axes import new_axes
 from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.direct import direct
 from flexmb.math.energies import powers
 from flexmb.math.structures import counted
+from flexmb.math.weights import no_matrix
 from flexmb.model.described import Described, is_number
 from flexmb.model.methods import is_formulation
 from flexmb.system.assembly import all_softened
@@ -289,6 +291,19 @@ class Implicit(metaclass=Described):
         """Return what the errors of the steps have added up to so far; None if they are not followed."""
         follows = self.follow_errors and known(variables.beside)
         return added_error(system, variables.beside.run[0]) if follows else None
+
+    @staticmethod
+    def reaction_errors(system, variables: _Run) -> dict[str, float]:
+        """Return by joint the error of its reaction, relative to it, on an average; none if not known, or if equations
+        depend: steps share multipliers among them otherwise than samples do.
+        """
+        beside = variables.beside
+        if system.redundant or beside.run["blind"][0] or not known(beside):
+            return {}
+        now, work = variables.stages.state, system.workspace()
+        no_matrix(work.weights)
+        evaluate(system.program, system.state(float(variables.going.run[0].t), now.q, now.u), work)
+        return shares_of_reactions(system, work, beside.reactions)
 
     @staticmethod
     def statistics(variables: _Run) -> dict[str, Any]:

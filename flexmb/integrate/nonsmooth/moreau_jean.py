@@ -77,6 +77,11 @@ class MoreauJean(metaclass=Described):
         return True
 
     @staticmethod
+    def notes_of_reactions(system, variables: Stepper) -> list[str]:
+        """Return the note about a reaction that swings faster than steps follow, if there is one."""
+        return variables.ringing.notes(system, variables.present())
+
+    @staticmethod
     def statistics(variables: Stepper) -> dict[str, Any]:
         """Return the numbers of the run."""
         return dict(variables.counts)

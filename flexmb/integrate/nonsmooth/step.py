@@ -12,12 +12,14 @@ from flexmb.integrate.nonsmooth.closing import Closing, in_body_axes, place
 from flexmb.integrate.nonsmooth.points import Touching
 from flexmb.integrate.nonsmooth.problem import POINT, new_problem, write_problem
 from flexmb.integrate.nonsmooth.restitution import solve_impulses
+from flexmb.integrate.nonsmooth.ringing import Ringing
 from flexmb.integrate.nonsmooth.stepping import (
     UNTOLD,
     carry_impulses,
     end_positions,
     evaluate_middle,
     give_back,
+    given_by_impacts,
     resultants,
     set_shifts,
     works_of,
@@ -67,6 +69,7 @@ class Stepper:
         to_world_axes(world, self.q, self.u, state.a.copy())
         self.signals = np.zeros_like(state.signals)
         self.works = np.zeros(3)
+        self.made_by_impacts = np.zeros(len(system.model.forces))  # J, by force: energy that laws of impacts have made
         self.points, self.P, self.h = np.zeros(0, POINT), np.zeros((0, 6)), settings.step
         self.counts: dict = {"steps": 0, "iterations": 0, "sweeps": 0, "steps of Newton over contacts": 0}
         self.counts["impacts without a rebound by Newton's law"] = 0
@@ -87,23 +90,24 @@ class Stepper:
         self._clear_wrenches(self.q)
         place(self.system, self.work, self.world, self.t, self.q, self.u)
         over = PassedOver(floor=FLOOR * system.lengths.whole, impact=IMPACT, blur=1.0, duration=duration, unfelt=1.0)
-        self.switching = new_switching(system, self._present(), work, over)
+        self.switching = new_switching(system, self.present(), work, over)
         self.switches = len(self.switching.now) > 0
         if self.touching.forces:  # what goes on may stand within a rebound
             require_apart(system, self.touching, self.work, settings.step, HALF * self.small)
+        self.ringing = Ringing(system)
         self._first_forces()
 
-    def _present(self):
+    def present(self):
         """Return the present state, velocities in body axes."""
         return self.system.state(self.t, self.q, in_body_axes(self.world, self.q, self.u))
 
     def _first_forces(self) -> None:
         """Find the forces at the start by a step that is not taken: samples have the forces of the step before."""
-        before = self.t, self.q, self.u, self.lam, self.works.copy(), dict(self.counts)
+        before = self.t, self.q, self.u, self.lam, self.works.copy(), self.made_by_impacts.copy(), dict(self.counts)
         if not self._step(self.settings.step):
             self.complaint = ""
         a, P, points, lam = self.a, self.P, self.points, self.lam
-        self.t, self.q, self.u, _, self.works, self.counts = before
+        self.t, self.q, self.u, _, self.works, self.made_by_impacts, self.counts = before
         self.lam, self.a, self.P, self.points = lam, a, P, points
 
     def _step(self, h: float) -> bool:
@@ -201,7 +205,10 @@ class Stepper:
         program, work = self.system.program, self.work
         self.works += h * powers(work.energy)
         if problem is not None:
-            self.works[2] += works_of(problem, in_body_axes(self.world, mid, 0.5 * (self.u + u1)))
+            mean = in_body_axes(self.world, mid, 0.5 * (self.u + u1))
+            self.works[2] += works_of(problem, mean)
+            if np.any(problem.active == 2):
+                given_by_impacts(problem, mean, self.made_by_impacts)
             kept = problem.active > 0
             P = np.zeros((len(problem.points), 6))
             give_back(problem, P)
@@ -268,8 +275,11 @@ class Stepper:
                         f"surfaces meet so fast at t = {self.t:.9g} s that a step must not be longer than {h:.2g} s, "
                         f"for the thinner not to be passed through; expected: {SHORTEST:.0e} of the step, at least"
                     )
+            before = self.t
             if not self._tried(h):
                 return self.complaint
+            if self.t > before:
+                self.ringing.add(self.lam, bool(self.P.any()) or self._pressed())
             if pace.used_up:
                 return ""
         if t > self.t or abs(t - self.t) <= same:
@@ -286,6 +296,7 @@ class Stepper:
             return self._step(h)
         arrays = self.q, self.u, self.lam, self.a, self.points, self.P, self.closed, self.wrenches
         t, length, works, counts = self.t, self.h, self.works.copy(), dict(self.counts)
+        made = self.made_by_impacts.copy()
         shortest = max(SHORTEST * self.settings.step, UNCUT * smallest_step(t, self.goal))
         if not self._step(h):
             if not self.diverged or 0.25 * h < shortest:
@@ -293,17 +304,21 @@ class Stepper:
             self.complaint, self.most = "", 0.25 * h
             self.counts[DIVERGED] += 1
             return True
-        part = part_of_step(self.system.program, self.switching, self._present(), self.work, h, True)
+        part = part_of_step(self.system.program, self.switching, self.present(), self.work, h, True)
         self.most = min(self.settings.step, max(part, shortest / h) * h)
         if part < 1.0 and h > shortest:
             self.q, self.u, self.lam, self.a, self.points, self.P, self.closed, self.wrenches = arrays
-            self.t, self.h, self.works = t, length, works
+            self.t, self.h, self.works, self.made_by_impacts = t, length, works, made
             effort = {name: self.counts[name] for name in EFFORT}
             self.counts |= counts | effort
             self.counts[CUT] += 1
         else:
             keep_switches(self.switching, h)
         return True
+
+    def _pressed(self) -> bool:
+        """Does a compliant contact press?"""
+        return self.switches and bool(self.switching.limits["closed"][0] == 1)
 
     def _clear_wrenches(self, q: np.ndarray) -> None:
         """Let the evaluation of a step see no contact forces: they are its unknowns."""

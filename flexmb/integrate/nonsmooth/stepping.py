@@ -21,6 +21,7 @@ __all__ = [
     "end_positions",
     "evaluate_middle",
     "give_back",
+    "given_by_impacts",
     "open_equations",
     "resultants",
     "set_shifts",
@@ -201,6 +202,27 @@ def works_of(p, ub):
             for r in range(p.rows[i]):
                 total -= p.P[i, r] * xi[r]
     return total
+
+
+@kernel
+def given_by_impacts(p, ub, given):
+    """Add to `given` (nf,) the energy (J) that the contacts of a step with impacts have made, if they have, at the
+    force that made most of it. Velocities as in `works_of`.
+    """
+    xi, total, most, strikes = np.zeros(6), 0.0, 0.0, False
+    worst = 0
+    for i in range(len(p.points)):
+        if p.active[i] > 0:
+            strikes = strikes or p.active[i] == 2
+            velocity_of(p, i, ub, xi)
+            work = 0.0
+            for r in range(p.rows[i]):
+                work += p.P[i, r] * xi[r]
+            total += work
+            if work > most:
+                worst, most = p.points[i].owner, work
+    if strikes and total > 0.0:
+        given[worst] += total
 
 
 @kernel

@@ -105,6 +105,8 @@ def tell_of(integrator: Any, system: Any, variables: Any, statistics: dict[str, 
         if getattr(integrator, "follow_errors", True) and system.nu:
             statistics[ADDED_UP] = UNKNOWN
             validity.note([TOO_LONG] if hasattr(integrator, "added_error") else [])
+        if hasattr(integrator, "notes_of_reactions") and system.nu:
+            validity.note(integrator.notes_of_reactions(system, variables))
         return
     before = statistics.get(ADDED_UP, 0.0)
     statistics[ADDED_UP] = UNKNOWN if UNKNOWN in (before, error.number) else max(error.share, before)

@@ -176,6 +176,20 @@ class EnergyWatch:
             "energy moves between them: less than a gross error is not noticed. More samples make it sharp"
         ]
 
+    def made_by_impacts(self, variables: Any) -> list[str]:
+        """Return the warning about energy that laws of impacts have made, if an integrator's variables tell of much."""
+        made = getattr(variables, "made_by_impacts", np.zeros(1))
+        total, moves = float(made.sum()), self._moves()
+        if not total > SHARE * moves:
+            return []
+        owner = self.system.model.forces[int(np.argmax(made))].title
+        return [
+            f"{owner}: impacts with friction have made {total:.3g} J, {100.0 * total / moves:.2g} % of the largest "
+            f"energy that moves; expected: less than {100.0 * SHARE:g} %. Newton's law of restitution gives back more "
+            "than there was where friction turns the slip round: use Rigid(..., rule='Poisson'), or a smaller "
+            "restitution."
+        ]
+
     def sentences(self, steps: int) -> list[str]:
         """Return the warning about the phase after a number of steps: one sentence, or none."""
         left, t = self.worst
