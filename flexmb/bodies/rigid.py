@@ -14,6 +14,7 @@ from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.bodies.rows import HEADER, add_own_block, add_product_skew, add_to_residual
 from flexmb.bodies.shape import checked_shapes
 from flexmb.errors import ModelError
+from flexmb.math.definiteness import symmetric
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.math.tables import row_kernel
@@ -240,12 +241,7 @@ class RigidBody(Body):
         except (TypeError, ValueError, OverflowError):
             J = np.empty(0)
         J = np.diag(J) if J.shape == (3,) else J
-        if (
-            J.shape != (3, 3)
-            or has_flag(self.inertia)
-            or not np.all(np.isfinite(J))
-            or not np.allclose(J, J.T, rtol=1e-9)
-        ):
+        if J.shape != (3, 3) or has_flag(self.inertia) or not np.all(np.isfinite(J)) or not symmetric(J, 1e-9):
             raise ModelError(
                 self.title,
                 found=f"inertia = {self.inertia!r}",

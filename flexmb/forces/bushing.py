@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
-from flexmb.math.definiteness import semidefinite
+from flexmb.math.definiteness import semidefinite, symmetric
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import log_euler, matrix_to_euler
 from flexmb.math.switches import IDLE, TURN, switch_kernel
@@ -175,7 +175,7 @@ class Bushing(Force):
     def _matrix(self, field: str):
         value = finite_array(getattr(self, field))
         full = np.diag(value) if value.shape == (6,) else value
-        good = full.shape == (6, 6) and np.allclose(full, full.T)
+        good = full.shape == (6, 6) and symmetric(full)
         if not good or not semidefinite(full):
             raise ModelError(
                 self.title,

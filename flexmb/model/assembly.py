@@ -167,7 +167,7 @@ def _one_origin(first, origin, other):
 def _one_gravity(first, gravity, other):
     if not any(gravity):
         return other.gravity
-    if any(other.gravity) and not np.allclose(other.gravity, gravity):
+    if any(other.gravity) and not np.allclose(other.gravity, gravity, atol=1e-9 * max(map(abs, gravity))):
         raise ModelError(
             f"Model '{first.name}' + '{other.name}'",
             found=f"gravity {gravity} and {other.gravity} m/s2",

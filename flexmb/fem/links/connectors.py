@@ -17,7 +17,7 @@ from flexmb.errors import MeshError
 from flexmb.fem.chosen_nodes import NodeName, node_number
 from flexmb.fem.fe_model import FEModel
 from flexmb.fem.held import held_places
-from flexmb.math.definiteness import semidefinite
+from flexmb.math.definiteness import semidefinite, symmetric
 from flexmb.model.described import finite_array, is_number
 from flexmb.model.plausibility import inertia_doubts
 from flexmb.told import tell
@@ -48,7 +48,7 @@ def with_mass(fe: FEModel, node: NodeName, mass: float, inertia=None, offset=(0.
     part = f"Mass at {fe.node_name(number)} of '{fe.name}'"
     own = np.zeros((3, 3)) if inertia is None else finite_array(inertia)
     own = np.diag(own) if own.ndim == 1 else own
-    if not is_number(mass) or mass < 0.0 or own.shape != (3, 3) or not np.allclose(own, own.T) or not semidefinite(own):
+    if not is_number(mass) or mass < 0.0 or own.shape != (3, 3) or not symmetric(own) or not semidefinite(own):
         raise MeshError(
             part,
             found=f"mass = {mass!r} kg, inertia = {inertia!r:.100} kg m2",
@@ -95,7 +95,7 @@ def with_spring(fe: FEModel, node: NodeName, stiffness, to: NodeName | None = No
     part = f"Spring at {fe.node_name(number)} of '{fe.name}'"
     given = finite_array(stiffness)
     matrix = np.diag(given) if given.ndim == 1 else given
-    if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T) or not semidefinite(matrix):
+    if matrix.shape != (6, 6) or not symmetric(matrix) or not semidefinite(matrix):
         raise MeshError(
             part,
             found=f"a stiffness of shape {given.shape}" if given.size else f"stiffness = {stiffness!r:.80}",

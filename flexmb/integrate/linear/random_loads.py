@@ -9,6 +9,7 @@ from scipy.linalg import eig, matrix_balance, solve_continuous_lyapunov
 
 from flexmb.errors import ModelError
 from flexmb.integrate.linear.plant import Plant
+from flexmb.math.definiteness import symmetric
 from flexmb.told import tell
 
 __all__ = ["spectral_response", "variances"]
@@ -45,11 +46,7 @@ def spectral_response(plant: Plant, frequencies, densities) -> np.ndarray:
     if given.shape == (nf, m):
         given = given[:, :, None] * np.eye(m)
     right = given.shape == (nf, m, m) and np.all(np.isfinite(given))
-    if (
-        not right
-        or not np.allclose(given, given.conj().swapaxes(1, 2))
-        or np.linalg.eigvalsh(given).min() < -1e-9 * (np.abs(given).max())
-    ):
+    if not right or not symmetric(given) or np.linalg.eigvalsh(given).min() < -1e-9 * (np.abs(given).max()):
         raise ModelError(
             f"Plant of model '{plant.name}'",
             found=f"densities of the shape {np.shape(densities)}",
