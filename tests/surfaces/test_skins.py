@@ -191,6 +191,47 @@ def test_pressed_cantilever(beam):
     assert -rest["tip"][-1, 2] == pytest.approx(0.94550e-3, rel=3e-3)
 
 
+@pytest.mark.slow
+def test_cantilever_over_a_drum():
+    """A drum fixed to the ground holds the beam up at a = 0.3 m, and its tip is pushed down: a propped cantilever.
+
+    By Euler-Bernoulli F a^2 (3 L - a) / (6 EI) = R a^3 / (3 EI) + d with the depth d of the layer, whatever the span
+    between: without d the drum carries 1.5 F. The tip is an interface, so that its load has a static shape.
+    """
+    a, radius, F = 0.3, 0.05, 20.0
+    fe = block((L, B, HIGH), (20, 2, 1))
+    x = fe.nodes
+    ends = {"root": np.flatnonzero(x[:, 0] < 1e-9), "tip": np.flatnonzero(x[:, 0] > L - 1e-9)}
+    data = reduction.reduce(fe, interfaces=ends, modes=12)
+    below = np.flatnonzero((x[:, 2] < 1e-9) & (np.abs(x[:, 0] - a) < 0.0201))
+    drum = fmb.Pose.axes((a, B / 2, -radius), x=(1, 0, 0), z=(0, 1, 0))
+    model = fmb.Model(
+        gravity=(0, 0, 0),
+        bodies=[
+            fmb.Ground(markers={"root": (0, B / 2, HIGH / 2), "drum": drum}),
+            fmb.FloatingBody("beam", data=data, skins={"below": fmb.Skin(spacing=2e-3, nodes=below)}),
+        ],
+        joints=[fmb.Fixed("clamp", markers=("ground.root", "beam.root"))],
+        surfaces=[
+            fmb.SkinSurface("below", skin="beam.below"),
+            fmb.Surface("drum", marker="ground.drum", shape=fmb.Cylinder(radius=radius, length=2 * B)),
+        ],
+        forces=[
+            fmb.SurfaceContact(
+                "rest", surfaces=("drum", "below"), law=fmb.ElasticFoundation(modulus=1e10, thickness=0.01)
+            ),
+            fmb.PointLoad("push", marker="beam.tip", force=(0, 0, -F)),
+        ],
+        sensors=[fmb.ContactState("state", force="rest"), fmb.Reaction("clamp", joint="clamp")],
+    )
+    rest = fmb.statics(model)
+    R, _, _, depth, *_ = rest["state"][-1]
+    sinks = F * a**2 * (3.0 * L - a) / (6.0 * 210e9 * B * HIGH**3 / 12.0)
+    assert depth < 0.01 * sinks
+    assert R == pytest.approx(F * (3.0 * L - a) / (2.0 * a) * (1.0 - depth / sinks), rel=5e-3)
+    assert np.abs(rest["clamp"][-1, 2]) == pytest.approx(R - F, abs=5e-3 * F)
+
+
 def test_cable_on_the_ground():
     """A cable comes to rest on a plane, which carries its weight."""
     r = 0.01
