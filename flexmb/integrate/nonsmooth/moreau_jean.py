@@ -78,8 +78,8 @@ class MoreauJean(metaclass=Described):
 
     @staticmethod
     def notes_of_reactions(system, variables: Stepper) -> list[str]:
-        """Return the note about a reaction that swings faster than steps follow, if there is one."""
-        return variables.ringing.notes(system, variables.present())
+        """Return the note about a reaction that steps tell late, if there is one."""
+        return variables.lateness.notes(system, variables.present())
 
     @staticmethod
     def statistics(variables: Stepper) -> dict[str, Any]:

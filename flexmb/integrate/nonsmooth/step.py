@@ -9,10 +9,10 @@ import numpy as np
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
 from flexmb.integrate.nonsmooth.apart import TOUCHING, require_apart
 from flexmb.integrate.nonsmooth.closing import Closing, in_body_axes, place
+from flexmb.integrate.nonsmooth.lateness import Lateness
 from flexmb.integrate.nonsmooth.points import Touching
 from flexmb.integrate.nonsmooth.problem import POINT, new_problem, write_problem
 from flexmb.integrate.nonsmooth.restitution import solve_impulses
-from flexmb.integrate.nonsmooth.ringing import Ringing
 from flexmb.integrate.nonsmooth.stepping import (
     UNTOLD,
     carry_impulses,
@@ -94,7 +94,7 @@ class Stepper:
         self.switches = len(self.switching.now) > 0
         if self.touching.forces:  # what goes on may stand within a rebound
             require_apart(system, self.touching, self.work, settings.step, HALF * self.small)
-        self.ringing = Ringing(system)
+        self.lateness = Lateness(system)
         self._first_forces()
 
     def present(self):
@@ -279,7 +279,7 @@ class Stepper:
             if not self._tried(h):
                 return self.complaint
             if self.t > before:
-                self.ringing.add(self.lam, bool(self.P.any()) or self._pressed())
+                self.lateness.add(self.lam, bool(self.P.any()) or self._pressed())
             if pace.used_up:
                 return ""
         if t > self.t or abs(t - self.t) <= same:
