@@ -75,18 +75,7 @@ def split(
             remedy="Split first, link the parts",
         )
     groups = _planes(fe, at, normal, part) if labels is None else _labels(fe, labels, part)
-    numbers = np.unique(np.concatenate(groups))
-    if (
-        not np.array_equal(numbers, np.arange(1, len(numbers) + 1))
-        or len(numbers) < 2
-        or (at is not None and len(numbers) != len(at) + 1)
-    ):
-        raise MeshError(
-            part,
-            found=f"elements in the parts {numbers.tolist()}",
-            expected="elements in each of two or more parts, numbered from 1",
-            remedy="Put the planes inside the body, more than an element apart",
-        )
+    numbers = _numbers(groups, at, part)
     members = [
         np.unique(np.concatenate([b.connectivity[g == k].ravel() for b, g in zip(fe.blocks, groups)])) for k in numbers
     ]
@@ -136,6 +125,23 @@ def _labels(fe, labels, part):
             remedy="Number the parts from 1",
         )
     return np.split(flat, np.cumsum(counts)[:-1])
+
+
+def _numbers(groups, at, part) -> np.ndarray:
+    """Return the numbers of the parts: two or more, from 1 on, as many as planes make."""
+    numbers = np.unique(np.concatenate(groups))
+    if (
+        not np.array_equal(numbers, np.arange(1, len(numbers) + 1))
+        or len(numbers) < 2
+        or (at is not None and len(numbers) != len(at) + 1)
+    ):
+        raise MeshError(
+            part,
+            found=f"elements in the parts {numbers.tolist()}",
+            expected="elements in each of two or more parts, numbered from 1",
+            remedy="Put the planes inside the body, more than an element apart",
+        )
+    return numbers
 
 
 def _part(fe: FEModel, chosen, nodes: np.ndarray, name: str, lumped: bool) -> FEModel:

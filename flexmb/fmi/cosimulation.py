@@ -230,19 +230,7 @@ def cosimulate(
     Source: FMI 3.0.1, section 4; Gomes et al. 2018, section 4 (schemes of co-simulation).
     """
     given = [units] if isinstance(units, Fmu) else list(units)
-    if not all(is_number(x) for x in (step, t_start, t_end)) or not 0.0 < step <= t_end - t_start:
-        raise ModelError(
-            "cosimulate",
-            found=f"step = {step!r} s from {t_start!r} to {t_end!r} s",
-            expected="a positive step, not longer than the run",
-            remedy="Give the time between two exchanges, as step=0.001",
-        )
-    count = int(np.ceil((t_end - t_start) / step * (1.0 - 1e-12)))
-    if count > MOST_STEPS:
-        raise ModelError(
-            "cosimulate", found=f"{count} steps", expected=f"at most {MOST_STEPS}", remedy="Give a longer step"
-        )
-    times = np.append(t_start + step * np.arange(count), t_end)
+    times = _communication_times(t_start, t_end, step)
     readings = _readings(given, model)
     with ExitStack() as stack:
         folder = tempfile.mkdtemp(prefix="flexmb_units_")
@@ -270,6 +258,23 @@ def cosimulate(
             error.solution = run.solution
             raise
         return run.solution
+
+
+def _communication_times(t_start: float, t_end: float, step: float) -> np.ndarray:
+    """Return the times of all exchanges: every `step` from the start, and the end."""
+    if not all(is_number(x) for x in (step, t_start, t_end)) or not 0.0 < step <= t_end - t_start:
+        raise ModelError(
+            "cosimulate",
+            found=f"step = {step!r} s from {t_start!r} to {t_end!r} s",
+            expected="a positive step, not longer than the run",
+            remedy="Give the time between two exchanges, as step=0.001",
+        )
+    count = int(np.ceil((t_end - t_start) / step * (1.0 - 1e-12)))
+    if count > MOST_STEPS:
+        raise ModelError(
+            "cosimulate", found=f"{count} steps", expected=f"at most {MOST_STEPS}", remedy="Give a longer step"
+        )
+    return np.append(t_start + step * np.arange(count), t_end)
 
 
 def _all_step(units: list[Any], t: float, h: float) -> bool:

@@ -137,14 +137,7 @@ def solve(M, Q, A, b, weights=None, *, C=None, rank: int | None = None) -> Accel
     size, free = np.max(np.abs(right), initial=0.0), _freely(mass, load, rows)
     allowed = max(CONSISTENT * size, ROUNDING * free, MISFIT * digits * max(size, free), np.finfo(float).tiny)
     if np.any(np.abs(left) > allowed):
-        k = int(np.argmax(np.abs(left)))
-        raise FlexmbError(
-            "udwadia.solve",
-            found=f"A a = b has no solution: row {k} misses {b[k]:.6g} by {left[k] * (norms[k] or 1.0):.3g}; "
-            f"A has rank {rank}",
-            expected="constraints that can be satisfied together",
-            remedy="Look for rows of A that depend on each other with values of b that do not",
-        )
+        raise _contradiction(b, left * np.where(norms > 0.0, norms, 1.0), int(np.argmax(np.abs(left))), rank)
     own = V1 @ ((U.T @ right) / s[:rank])
     own += V1 @ ((U.T @ (right - rows @ own)) / s[:rank])
     both = _rank_of_both(mass, V1, V2)
@@ -158,6 +151,16 @@ def solve(M, Q, A, b, weights=None, *, C=None, rank: int | None = None) -> Accel
     multipliers = U @ ((V1.T @ ideal) / s[:rank]) / np.where(norms > 0.0, norms, 1.0)
     return Accelerated(
         a=scale * a, force=force, ideal=ideal / scale, multipliers=multipliers, rank=rank, rank_of_both=both, free=V2
+    )
+
+
+def _contradiction(b: np.ndarray, missed: np.ndarray, k: int, rank: int) -> FlexmbError:
+    """Return the error of constraints that contradict each other, of which row k misses most."""
+    return FlexmbError(
+        "udwadia.solve",
+        found=f"A a = b has no solution: row {k} misses {b[k]:.6g} by {missed[k]:.3g}; A has rank {rank}",
+        expected="constraints that can be satisfied together",
+        remedy="Look for rows of A that depend on each other with values of b that do not",
     )
 
 

@@ -87,18 +87,11 @@ def line_network(
     names = [name] if len(chains) == 1 else [f"{name}_{k + 1}" for k in range(len(chains))]
     bodies, markers = [], {}
     for own, chain in zip(names, chains, strict=True):
-        body = _body(
-            kind,
-            own,
-            points[chain],
-            size,
-            fields,
-            {label: chain.index(node) for node, label in named.items() if node in chain},
-        )
+        marked = {label: chain.index(node) for node, label in named.items() if node in chain}
+        body = _body(kind, own, points[chain], size, fields, marked)
         bodies.append(body)
-        markers.update(
-            {label: f"{own}.{label}" for label in body.markers if label in mesh.node_sets and label not in markers}
-        )
+        first = [label for label in body.markers if label in mesh.node_sets and label not in markers]
+        markers.update({label: f"{own}.{label}" for label in first})
     joint = joint or (Fixed if kind is AncfBeam else Spherical)
     return LineNetwork(tuple(bodies), tuple(_joints(joint, name, names, chains)), markers)
 

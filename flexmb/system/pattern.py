@@ -18,7 +18,7 @@ The influence of relaxed supernode partitions on the multifrontal method, ACM TO
 
 from __future__ import annotations
 
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush
 from itertools import combinations
 
 import numpy as np
@@ -41,57 +41,72 @@ def elimination_order(
     Nodes below `n_bodies` are bodies, the others joints; `neighbours` is the symmetric adjacency, which is consumed.
     Joints in `waiting` come after all their bodies. With `leaves` nodes that fill nothing in come first.
     """
-    bodies_of = {j: {b for b in neighbours[j] if b < n_bodies} for j in range(n_bodies, len(sizes))}
-    joints_of = [{j for j in neighbours[b] if j >= n_bodies} for b in range(n_bodies)]
-    done = np.zeros(len(sizes), bool)
-    used = np.zeros(n_bodies, bool)
+    todo = _Elimination(sizes, n_bodies, neighbours, waiting, leaves)
     after: dict[int, list[int]] = {}
-    order: list[int] = []
-
-    def permitted(node):
-        if node < n_bodies:
-            return True
-        bodies = bodies_of[node]
-        if all(done[b] for b in bodies):
-            return True
-        return node not in waiting and any(held_only_by(node, b) for b in bodies)
-
-    def held_only_by(joint, body):
-        others = all(done[j] for j in joints_of[body] if j != joint)
-        return done[body] and not used[body] and others and sizes[joint] <= sizes[body]
-
-    def weight(node):
-        around = neighbours[node]
-        if leaves and len(around) <= FEW and all(b in neighbours[a] for a, b in combinations(around, 2)):
-            return 0
-        return sum(sizes[k] for k in around)
-
-    heap: list[tuple[int, int]] = []
-    for node in range(len(sizes)):
-        if permitted(node):
-            heappush(heap, (weight(node), node))
+    heap = [(todo.weight(node), node) for node in range(len(sizes)) if todo.permitted(node)]
+    heapify(heap)
     while heap:
         claimed, node = heappop(heap)
-        if done[node] or not permitted(node):
+        if todo.done[node] or not todo.permitted(node):
             continue
-        if claimed != weight(node):
-            heappush(heap, (weight(node), node))
+        if claimed != todo.weight(node):
+            heappush(heap, (todo.weight(node), node))
             continue
-        done[node] = True
-        order.append(node)
-        later = neighbours[node]
-        after[node] = sorted(later)
+        after[node] = sorted(neighbours[node])
+        for k in todo.take(node):
+            if not todo.done[k] and todo.permitted(k):
+                heappush(heap, (todo.weight(k), k))
+    return list(after), list(after.values())
+
+
+class _Elimination:
+    """What is left of a graph of bodies and joints while its nodes are taken out one by one."""
+
+    __slots__ = ("bodies_of", "done", "joints_of", "leaves", "n_bodies", "neighbours", "sizes", "used", "waiting")
+
+    def __init__(self, sizes: list[int], n_bodies: int, neighbours: list[set[int]], waiting: set[int], leaves: bool):
+        self.sizes, self.n_bodies, self.neighbours = sizes, n_bodies, neighbours
+        self.waiting, self.leaves = waiting, leaves
+        self.bodies_of = {j: {b for b in neighbours[j] if b < n_bodies} for j in range(n_bodies, len(sizes))}
+        self.joints_of = [{j for j in neighbours[b] if j >= n_bodies} for b in range(n_bodies)]
+        self.done = [False] * len(sizes)
+        self.used = [False] * n_bodies  # bodies that a joint was eliminated after
+
+    def permitted(self, node: int) -> bool:
+        """Is the pivot of a node certain to be regular now?"""
+        if node < self.n_bodies:
+            return True
+        bodies, done = self.bodies_of[node], self.done
+        if all(done[b] for b in bodies):
+            return True
+        return node not in self.waiting and any(self._held_only_by(node, b) for b in bodies)
+
+    def _held_only_by(self, joint: int, body: int) -> bool:
+        """Is a joint the last one of a body that is eliminated, and not larger than it?"""
+        done = self.done
+        if not done[body] or self.used[body] or self.sizes[joint] > self.sizes[body]:
+            return False
+        return all(done[j] for j in self.joints_of[body] if j != joint)
+
+    def weight(self, node: int) -> int:
+        """Return how many rows are around a node; 0 of one that fills nothing in, if those come first."""
+        around = self.neighbours[node]
+        if self.leaves and len(around) <= FEW and all(b in self.neighbours[a] for a, b in combinations(around, 2)):
+            return 0
+        return sum(self.sizes[k] for k in around)
+
+    def take(self, node: int) -> set[int]:
+        """Eliminate a node, which joins its neighbours; return the nodes that this may permit or make lighter."""
+        later, neighbours = self.neighbours[node], self.neighbours
+        self.done[node] = True
         for k in later:
             neighbours[k].discard(node)
             neighbours[k] |= later
             neighbours[k].discard(k)
-        bodies = bodies_of.get(node, {node})
+        bodies = self.bodies_of.get(node, {node})
         for b in bodies - {node}:
-            used[b] |= done[b]
-        for k in later.union(*(joints_of[b] for b in bodies)):
-            if not done[k] and permitted(k):
-                heappush(heap, (weight(k), k))
-    return order, [after[node] for node in order]
+            self.used[b] |= self.done[b]
+        return later.union(*(self.joints_of[b] for b in bodies))
 
 
 def multiplications(sizes: list[int], order: list[int], after: list[list[int]]) -> float:

@@ -312,34 +312,44 @@ def _set(flat: Flat, block: Block, scope: Scope, table: dict[str, list[int]], ke
         for element in flat.named(flat.element_sets, block.parameters["ELSET"], inside, block, "element set"):
             found += flat.elements[element].nodes
     if "GENERATE" in block.parameters:
-        for row in block.rows():
-            values = block.integers(row)
-            if not values:
-                continue
-            first, last, step = (values + [1])[:3] if len(values) > 1 else (values[0], values[0], 1)
-            if step <= 0 or last < first or (last - first) // step > MANY:
-                raise block.wrong(f"GENERATE {', '.join(row)}", "first, last and a positive increment")
-            span = range(first, last + 1, step)
-            if len(span) > 4 * len(numbers):
-                found += [numbers[n] for n in sorted(numbers) if n in span]
-            else:
-                found += [numbers[n] for n in span if n in numbers]  # gaps are allowed
+        found += _generated(block, numbers)
     else:
-        for word in block.words():
-            if not word:
-                continue
-            if is_number(word):
-                if int(word) in numbers:
-                    found.append(numbers[int(word)])
-                else:  # the programs pass over numbers that do not exist
-                    flat.skipped[f"*{key} '{flat.names[name]}': numbers that do not exist"] += 1
-            elif key == "NSET":
-                found += flat.nodes_of(word, inside, block)
-            else:
-                found += flat.elements_of(word, inside, block)
-            if len(found) > MANY:
-                raise block.wrong(f"more than {MANY} numbers", "a set of the numbers in the deck", "Name each set once")
+        _add_named(found, flat, block, inside, numbers, f"*{key} '{flat.names[name]}'")
     table.setdefault(name, []).extend(found)
+
+
+def _generated(block: Block, numbers: dict[int, int]) -> list[int]:
+    """Return what the lines first, last, increment of a set select; numbers of the deck may have gaps."""
+    found: list[int] = []
+    for row in block.rows():
+        values = block.integers(row)
+        if not values:
+            continue
+        first, last, step = (values + [1])[:3] if len(values) > 1 else (values[0], values[0], 1)
+        if step <= 0 or last < first or (last - first) // step > MANY:
+            raise block.wrong(f"GENERATE {', '.join(row)}", "first, last and a positive increment")
+        span = range(first, last + 1, step)
+        among = (n for n in sorted(numbers) if n in span) if len(span) > 4 * len(numbers) else span
+        found += [numbers[n] for n in among if n in numbers]
+    return found
+
+
+def _add_named(found: list[int], flat: Flat, block: Block, inside: str, numbers: dict[int, int], title: str) -> None:
+    """Add what the numbers and names of sets in a block select."""
+    for word in block.words():
+        if not word:
+            continue
+        if is_number(word):
+            if int(word) in numbers:
+                found.append(numbers[int(word)])
+            else:  # the programs pass over numbers that do not exist
+                flat.skipped[f"{title}: numbers that do not exist"] += 1
+        elif title.startswith("*NSET"):
+            found += flat.nodes_of(word, inside, block)
+        else:
+            found += flat.elements_of(word, inside, block)
+        if len(found) > MANY:
+            raise block.wrong(f"more than {MANY} numbers", "a set of the numbers in the deck", "Name each set once")
 
 
 def members(flat: Flat, elements: Iterable[int]) -> list[Element]:

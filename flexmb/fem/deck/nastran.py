@@ -171,11 +171,8 @@ def _sets(bulk: Bulk, deck: Deck) -> None:
     for card in bulk.of("SET1", "SET3"):
         kind = card.text(2).upper() if card.name == "SET3" else ""
         words = [word for word in card.fields[3 if card.name == "SET3" else 2 :] if word]
-        if kind not in ("", "GRID", "ELEM") or any(w.upper() in ("SKIN", "ALL") for w in words):
-            deck.inventory.unused[f"{card.name} of {kind or 'other things'}"] += 1
-            continue
-        if any(not (w.isdigit() or w.upper() in ("THRU", "BY")) for w in words):
-            deck.inventory.unused[f"{card.name} of other things"] += 1
+        if other := _other_things(kind, words):
+            deck.inventory.unused[f"{card.name} of {other}"] += 1
             continue
         number = card.integer(1)
         of_elements = kind == "ELEM" or (not kind and (number, 2) in names and (number, 1) not in names)
@@ -195,6 +192,13 @@ def _sets(bulk: Bulk, deck: Deck) -> None:
         own = properties.get(group.group, group.group)
         members = np.unique(group.nodes)
         deck.node_sets[own] = np.union1d(deck.node_sets.get(own, members[:0]), members)
+
+
+def _other_things(kind: str, words: list[str]) -> str:
+    """Return what a set is of, if not of numbers of grid points or elements."""
+    if kind not in ("", "GRID", "ELEM") or any(w.upper() in ("SKIN", "ALL") for w in words):
+        return kind or "other things"
+    return "" if all(w.isdigit() or w.upper() in ("THRU", "BY") for w in words) else "other things"
 
 
 def _named_in_comments(bulk: Bulk) -> tuple[dict[tuple[int, int], str], dict[str, str]]:

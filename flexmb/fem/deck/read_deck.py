@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.abaqus import read_abaqus_deck
@@ -84,24 +85,9 @@ def read_deck(
     MeshWarning
         Something was left out; materials have no density; the units cannot be SI.
     """
-    if not isinstance(path, str | Path):
-        raise MeshError(
-            "fem.read_deck",
-            found=f"the path {path!r}",
-            expected="the name of a deck",
-            remedy='Write fem.read_deck("wing.bdf")',
-        )
-    path = Path(path)
-    require_file(f"Deck '{path}'", path, "an existing deck", f"The current folder is {Path.cwd()}", DECK_READERS)
-    reader = DECK_READERS.get(path.suffix.lower())
-    if reader is None:
-        raise MeshError(
-            f"Deck '{path}'",
-            found=f"the suffix '{path.suffix}'",
-            expected=f"One of: {', '.join(DECK_READERS)}",
-            remedy="Rename the deck, or read a plain mesh with fem.read_mesh",
-        )
+    path = _path_of(path)
     part = f"Deck '{path}'"
+    reader = _reader_of(path, part)
     check_side(stress_side, part)
     try:
         deck = converted(reader(path), units, part)
@@ -116,6 +102,31 @@ def read_deck(
     _tell(deck, fe, part)
     source = source_of(deck, path)
     return replace(fe, source=source if stress_side is None else {**source, "stress_side": deck.stress_side})
+
+
+def _path_of(path: Any) -> Path:
+    if not isinstance(path, str | Path):
+        raise MeshError(
+            "fem.read_deck",
+            found=f"the path {path!r}",
+            expected="the name of a deck",
+            remedy='Write fem.read_deck("wing.bdf")',
+        )
+    return Path(path)
+
+
+def _reader_of(path: Path, part: str) -> Callable[[Path], Deck]:
+    """Return the reader of an existing deck, by its suffix."""
+    require_file(part, path, "an existing deck", f"The current folder is {Path.cwd()}", DECK_READERS)
+    reader = DECK_READERS.get(path.suffix.lower())
+    if reader is None:
+        raise MeshError(
+            part,
+            found=f"the suffix '{path.suffix}'",
+            expected=f"One of: {', '.join(DECK_READERS)}",
+            remedy="Rename the deck, or read a plain mesh with fem.read_mesh",
+        )
+    return reader
 
 
 def _tell(deck: Deck, fe: FEModel, part: str) -> None:

@@ -72,21 +72,8 @@ def shell(
     warn_about_material(part, material.young, material.density)
     blocks = []
     for cell_type, connectivity in cells.items():
-        axes, corners, heights = flattened(part, cell_type, nodes, connectivity)
-        centers = nodes[connectivity].mean(axis=1)
-        blocks.append(
-            ShellBlock(
-                connectivity=connectivity,
-                axes=axes,
-                corners=corners,
-                heights=heights,
-                centers=centers,
-                thickness=_thickness(part, thickness, len(connectivity), groups[cell_type]),
-                material=material,
-                number_of_nodes=len(nodes),
-                side=stress_side,
-            )
-        )
+        each = _thickness(part, thickness, len(connectivity), groups[cell_type])
+        blocks.append(_block(part, cell_type, nodes, connectivity, each, material, stress_side))
     dofs = all_freedoms(len(nodes))
     stiffness, mass = (
         sum(summed(matrices(block), block.connectivity, dofs, len(nodes)) for block in blocks)
@@ -103,6 +90,22 @@ def shell(
         blocks=tuple(blocks),
         name=name,
         numbering=numbering,
+    )
+
+
+def _block(part: str, cell_type: str, nodes, connectivity, thickness, material, side) -> ShellBlock:
+    """Return the elements of all cells of one type, with the thickness of each."""
+    axes, corners, heights = flattened(part, cell_type, nodes, connectivity)
+    return ShellBlock(
+        connectivity=connectivity,
+        axes=axes,
+        corners=corners,
+        heights=heights,
+        centers=nodes[connectivity].mean(axis=1),
+        thickness=thickness,
+        material=material,
+        number_of_nodes=len(nodes),
+        side=side,
     )
 
 

@@ -93,6 +93,15 @@ def statics(
     refuse_impulses(model, "statics")
     if path is None:
         return _descend(model, t, tolerance, iterations, state, hold_states=hold_states)
+    _check_path(path)
+    refuse_states(compile_model(model), "statics along a path")
+    first = _descend(model, path.start, tolerance, iterations, state, on_path=True)
+    system = first.phases[0].system
+    start = system.state(path.start, first.final.q, lam=first.final.lam)
+    return follow(model, system, start, path, t, tolerance)
+
+
+def _check_path(path) -> None:
     if not isinstance(path, ArcLength | LoadSteps):
         raise ModelError(
             "statics",
@@ -100,11 +109,6 @@ def statics(
             expected="an ArcLength or LoadSteps object",
             remedy="Write path=flexmb.ArcLength()",
         )
-    refuse_states(compile_model(model), "statics along a path")
-    first = _descend(model, path.start, tolerance, iterations, state, on_path=True)
-    system = first.phases[0].system
-    start = system.state(path.start, first.final.q, lam=first.final.lam)
-    return follow(model, system, start, path, t, tolerance)
 
 
 def _check_numbers(t, tolerance, iterations) -> None:

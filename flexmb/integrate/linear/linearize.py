@@ -234,10 +234,7 @@ def linearize(
     """
     refuse_impulses(model, "linearize")
     refuse_crowds(model, "linearize")
-    system, state = (assemble_as_drawn if about is None else assemble)(model)
-    refuse_holds(system, "linearize")
-    if about is not None:
-        state = given_state(about, system, "linearize")
+    system, state = _assembled_about(model, about)
     work = system.workspace()
     motion = steady_motion(system, state, work, known=True)
     own = coefficients(system, state, work, motion)
@@ -245,10 +242,8 @@ def linearize(
     states = int(np.sum(system.is_state))
     bases = partial(independent, level=system.program.equation_level, rank=rank, states=states)
     observer = constant_observer(system, state, motion, own, bases)
-    told: str | None = CHANGE_WITH_TIME
-    if observer is not None:
-        told = imbalance(system, state, work, motion, own.K.diagonal(), observer.velocity)
-    if told:
+    balance = partial(imbalance, system, state, work, motion, own.K.diagonal())
+    if told := CHANGE_WITH_TIME if observer is None else balance(observer.velocity):
         warnings.warn(f"Model '{model.name}', linearize: {told}", ValidityWarning, stacklevel=2)
     observer = observer or OWN_AXES
     seen, T = observer.seen(system, state, motion, own)
@@ -276,6 +271,13 @@ def linearize(
     if inputs is None and outputs is None:
         return linear
     return plant_of(system, state, linear, inputs, outputs)
+
+
+def _assembled_about(model: Model, about: Any):
+    """Return the system and the state that a model is linearised about: a given one, or the drawn start."""
+    system, state = (assemble_as_drawn if about is None else assemble)(model)
+    refuse_holds(system, "linearize")
+    return system, state if about is None else given_state(about, system, "linearize")
 
 
 def _jacobians(system, work) -> dict[str, tuple[int, np.ndarray]]:

@@ -9,6 +9,7 @@ import numpy as np
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes, turn
 from flexmb.integrate.nonsmooth.apart import TOUCHING, require_apart
 from flexmb.integrate.nonsmooth.closing import Closing, in_body_axes, place
+from flexmb.integrate.nonsmooth.course import LEAST, Course
 from flexmb.integrate.nonsmooth.lateness import Lateness
 from flexmb.integrate.nonsmooth.points import Touching
 from flexmb.integrate.nonsmooth.problem import POINT, new_problem, write_problem
@@ -38,10 +39,6 @@ from flexmb.system.program import keep_branches
 
 __all__ = ["Stepper"]
 
-SETTLED = 1e-10
-"""Change of the velocities in an iteration, relative to them, at which it ends."""
-ITERATIONS, MANY, SLOW = 20, 60, 0.1
-"""Iterations, those where forces follow accelerations, and the rate of convergence that asks for a new matrix there."""
 HALF = 0.5
 """Penetration, relative to the reach of the smallest surface, that a step never exceeds: thin surfaces shorten it."""
 SHORTEST = 1e-9
@@ -115,12 +112,11 @@ class Stepper:
         nu, ng = self.system.nu, self.system.ng
         mid, ub, ab = middle = self.q.copy(), np.zeros(nu), np.zeros(nu)
         u1, lam, right = self.u.copy(), self.lam.copy(), np.zeros(nu + ng)
-        problem, v, speed, change, share = None, np.zeros(nu + ng), 0.0, np.inf, 1.0
-        correction, rate, calm, follows = np.zeros(nu), 0.0, 0, self.system.implicit
+        problem, v, speed, size = None, np.zeros(nu + ng), 0.0, 0.0
+        course = Course(nu, self.system.implicit)
         self.diverged = False
-        for iteration in range(MANY if follows else ITERATIONS):
-            # a force that follows accelerations has its share in the matrix, which changes at its corners
-            fresh = iteration == 0 or (follows and rate > SLOW)
+        for iteration in range(course.most):
+            fresh = course.wants_matrix(iteration)
             if complaint := self._free_change(h, (u1, lam), middle, right, fresh):
                 return self._fail(complaint)
             end = in_body_axes(self.world, mid, u1)
@@ -135,24 +131,17 @@ class Stepper:
             self.counts["iterations"] += 1
             if iteration == 0:
                 size = max(float(np.max(np.abs(x), initial=0.0)) for x in (end, right[:nu], v[:nu]))
-            before, correction, last = change, v[:nu] - end, correction
-            change = float(np.max(np.abs(correction), initial=0.0)) / max(size, 1e-300)
-            rate = change / before if before > 0.0 else 0.0
-            if follows:  # whole steps may lead from one side of a corner to the other and back
-                calm = 0 if rate > 0.5 and correction @ last < 0.0 else calm + 1
-                share = 0.5 * share if calm == 0 else min(1.0, 2.0 * share) if calm > 1 else share
-            u1 = v[:nu].copy() if share == 1.0 else end + share * correction
+            share = course.take(v[:nu] - end, size)
+            u1 = v[:nu].copy() if share == 1.0 else end + share * course.correction
             turn(self.world, mid, u1)
             lam = lam + share * v[nu:] / h
             if self.direct:  # linear but for gyroscopic terms, of which one iteration keeps the order of the method
-                change = 0.0
-            if not np.isfinite(change) or (not follows and iteration > 4 and change > 10.0 * before):
+                course.change = 0.0
+            if course.is_lost(iteration) or course.is_settled(iteration):
                 break
-            if share == 1.0 and (change <= SETTLED or (iteration > 1 and change <= 1e-7 and change > 0.5 * before)):
-                break
-        if not change <= 1e-6:
+        if not course.change <= LEAST:
             self.diverged = True
-            return self._fail(f"the iteration does not converge at t = {self.t:.9g} s (change {change:.2g})")
+            return self._fail(f"the iteration does not converge at t = {self.t:.9g} s (change {course.change:.2g})")
         return self._accept(h, u1, lam, problem, ub, ab, mid)
 
     def _free_change(self, h: float, end, middle, right: np.ndarray, fresh: bool) -> str:

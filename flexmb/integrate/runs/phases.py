@@ -112,20 +112,24 @@ class Phases:
             with self.interruption, self._hearing():
                 return self._run(model, assembled, works, goes_on)
         except KeyboardInterrupt:
-            if not self.recorder.phases and not self.recorder.rows:
+            if self._has_nothing():
                 raise
             status = self.interruption.status(self.t)
             if self.recording:
                 self.recorder.end(status.kind)
             return status
         except (ModelError, CompileError, IntegrationError) as error:
-            if not self.recorder.phases and not self.recorder.rows:
+            if self._has_nothing():
                 raise
             if self.recording:
                 self.recorder.end("failed")
             return Status.failed(
                 f"{error.part} at t = {self.t:.9g} s: {error.found}; expected: {error.expected}", error.remedy
             )
+
+    def _has_nothing(self) -> bool:
+        """Is there no sample yet that an end of the run could keep?"""
+        return not self.recorder.phases and not self.recorder.rows
 
     @contextmanager
     def _hearing(self):
@@ -238,16 +242,20 @@ class Phases:
                     return early
                 block = self._next_block(block, time.perf_counter() - clock, len(marks))
         except KeyboardInterrupt:
-            if not self.recorder.phases and not self.recorder.rows:
+            if self._has_nothing():
                 raise
             return self.interruption.status(self.t)
         finally:
             self._tell(system)
-        steps = self.statistics.get("steps", 0) - before
+        gone = self._grown(system, work, start, last_row, end, self.statistics.get("steps", 0) - before)
+        return gone or ((due, last_row, watch) if due is not None else Status.finished(end))
+
+    def _grown(self, system, work, start, last_row, end: float, steps: int):
+        """Return how a phase ends in whose steps a motion grows that they pass over; None if none does."""
         blocks = [*self.recorder.rows, *([] if last_row is None else [last_row])]
         gone, stands = unstable_in_steps(system, work, start, blocks, end, steps)
         self.validity.tell(stands)
-        return gone or ((due, last_row, watch) if due is not None else Status.finished(end))
+        return gone
 
     def _first_event(self, watch, rows, before, times):
         """Keep what comes until the first event in new rows, and return it with its row; None if nothing happens."""

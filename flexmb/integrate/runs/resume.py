@@ -23,12 +23,13 @@ from flexmb.integrate.runs.reasons import require_end
 from flexmb.integrate.runs.record import Recorder
 from flexmb.integrate.runs.simulate import sample_times
 from flexmb.integrate.runs.watch import carried, next_phase
+from flexmb.math.tables import State
 from flexmb.model.described import is_number
 from flexmb.model.methods import require_time_limit
 from flexmb.model.model import Model
 from flexmb.model.orbit import require_orbit
 from flexmb.results import RunFile, Series, Solution, Status
-from flexmb.system import assemble
+from flexmb.system import System, assemble
 from flexmb.system import compile as compile_model
 from flexmb.told import listening
 
@@ -52,11 +53,10 @@ def resume(
 ) -> Solution:
     """Continue a simulation from its last sample, or the state that it had reached since, to `t_end`.
 
-    A run that was cut off after its last sample is completed.
-
-    Configuration, velocity, works and the model after the events so far are taken over; accelerations and reactions
-    follow from them, so the motion equals an uninterrupted run to the tolerance of the integrator. Where the run was
-    interrupted, `GeneralizedAlpha` with the same settings goes on with what it knew, and takes the same steps.
+    A run that was cut off after its last sample is completed. Configuration, velocity, works and the model after the
+    events so far are taken over; accelerations and reactions follow from them, so the motion equals an uninterrupted
+    run to the tolerance of the integrator. Where the run was interrupted, `GeneralizedAlpha` with the same settings
+    goes on with what it knew, and takes the same steps.
 
     Parameters
     ----------
@@ -80,24 +80,19 @@ def resume(
     IntegrationError, DataFileError
         As `simulate`.
     """
-    path = None if isinstance(run, Solution) else Path(run)
-    before = run if isinstance(run, Solution) else Solution.load(run, read_model=read_model)
+    path, before = (None, run) if isinstance(run, Solution) else (Path(run), Solution.load(run, read_model=read_model))
     clock = time.perf_counter()
     last, model, state, event = _where(before, t_end)
     merge = event is None
     if model is None:
         return _ended(before, path)
-    integrator = default_integrator(model) if integrator is None else integrator
-    require_method(model, integrator, "resume")
+    integrator = _allowed(model, integrator)
     require_time_limit(time_limit, "resume")
     planned = sample_times(float(before.t[0]), t_end, samples)
     require_orbit(model, float(planned[-1]))
     times = np.concatenate([[last.t], planned[planned > last.t * (1.0 + 1e-14)]])
     with listening() as heard:
-        if event is None:
-            assembled = assemble(model, t=last.t, state=state)
-        else:
-            assembled = assembled_after(event, before.phases[-1].model, model, last.t, state)
+        assembled = _assembled_again(before, event, model, last.t, state)
     integrator, stiff = unless_stiff(integrator, *assembled, float(times[-1]) - last.t)
     file = None if path is None else RunFile.continued(path, new_phase=not merge)
     recorder = Recorder(model, file, write_model, before=before, merge=merge)
@@ -109,13 +104,31 @@ def resume(
     except BaseException:
         recorder.close()
         raise
-    known_before = {name: value for name, value in before.statistics.items() if is_number(value)}
-    spent = known_before.get("seconds", 0.0) + time.perf_counter() - clock
+    known = {"integrator": repr(integrator), "seconds": _seconds(before, clock), **phases.validity.statistics}
     counts = together(_told(before.statistics, phases.statistics), phases.statistics)
-    known = {"integrator": repr(integrator), "seconds": spent, **phases.validity.statistics}
     solution = recorder.solution(status, {**counts, **known})
     require_end(status, model, solution)
     return solution
+
+
+def _allowed(model: Model, integrator: Any):
+    """Return the integrator that goes on, which can integrate the model: the given one, or the usual one."""
+    integrator = default_integrator(model) if integrator is None else integrator
+    require_method(model, integrator, "resume")
+    return integrator
+
+
+def _assembled_again(before: Solution, event, model: Model, t: float, state) -> tuple[System, State]:
+    """Return the model assembled at the state of the run, or behind the event that has ended its last phase."""
+    if event is None:
+        return assemble(model, t=t, state=state)
+    return assembled_after(event, before.phases[-1].model, model, t, state)
+
+
+def _seconds(before: Solution, clock: float) -> float:
+    """Return the clock time that the run has taken so far, with the part that began at `clock`."""
+    spent = before.statistics.get("seconds", 0.0)
+    return (spent if is_number(spent) else 0.0) + time.perf_counter() - clock
 
 
 def _told(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
