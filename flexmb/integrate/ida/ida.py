@@ -87,7 +87,7 @@ class IDA(metaclass=Described):
     ) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
         so far, to be called again from the next."""
-        pace = Patience(patience)
+        pace, variables.counted = Patience(patience), variables.counted[-1:]
         rows = {"t": np.zeros(last - first)}
         for name, size in (("q", system.nq), ("u", system.nu), ("a", system.nu), ("lam", system.ng), ("works", 3)):
             rows[name] = np.zeros((last - first, size))
@@ -100,7 +100,16 @@ class IDA(metaclass=Described):
             values = variables.sample(max(float(samples[k]), variables.t))
             for name, value in zip(rows, values, strict=True):
                 rows[name][k - first] = value
+            variables.counted.append(dict(variables.counts))
         return Outcome(rows=rows, reached=variables.t)
+
+    @staticmethod
+    def taken_back(variables: Run, n: int) -> Run:
+        """Return the solver with the numbers of the run as they were n rows after the last call began; it keeps what it
+        knows to itself, and only begins anew from there.
+        """
+        variables.counts = variables.counted[n]
+        return variables
 
     @staticmethod
     def statistics(variables: Run) -> dict[str, Any]:

@@ -91,6 +91,8 @@ class Run:
         self.latest = state.t, self.y.copy(), self.yp.copy()
         self.cause = ""
         self.counts = {"steps": 0, "rejected": 0, "residuals": 0, "factorisations": 0}
+        self.counted = [dict(self.counts)]
+        """Before the latest call of `IDA.run`, and at each of its rows."""
         self.tried = state.t
         self.span = max(t_end - state.t, 1e-300)
         work.weights[0].wanted = 0

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
 from flexmb.integrate.extent import extents
+from flexmb.integrate.runs.block_start import copied, scratch, shared
 
-__all__ = ["fastest", "unchanged"]
+__all__ = ["fastest", "present_rows", "unchanged"]
 
 
 def fastest(integrator, system, work, variables, now: float) -> str:
@@ -18,10 +19,10 @@ def fastest(integrator, system, work, variables, now: float) -> str:
     The rate of a motion is the root of its acceleration over its length of reference, that of a first-order state its
     relative change, 1/s.
     """
-    with unchanged(system, work):  # the run must not depend on when the clock has struck
-        rows = integrator.run(system, work, variables, np.array([now]), 0, 1).rows
-        if not len(rows["t"]):
-            return ""
+    rows = present_rows(integrator, system, work, variables, now)
+    if not len(rows["t"]):
+        return ""
+    with unchanged(system, work):
         q, u, a = (np.ascontiguousarray(rows[name][-1]) for name in "qua")
         extent, reach = extents(system, system.state(now, q, u), work)
     states = system.is_state
@@ -37,11 +38,21 @@ def fastest(integrator, system, work, variables, now: float) -> str:
     return f"; the fastest is {owner} ({u[worst]:.3g} {unit}/s, {a[worst]:.3g} {unit}/s2)"
 
 
+def present_rows(integrator, system, work, variables, now: float) -> dict[str, np.ndarray]:
+    """Return the row of a sample at the time that a run has reached, s, or none; the run goes on as if there were none.
+
+    It must not depend on when the clock has struck: a sample compares reactions, too.
+    """
+    with suppress(TypeError):  # of the solver of IDA: a sample of it leaves nothing but scratch
+        variables = copied(variables, shared(integrator, system, work))
+    with unchanged(system, work), np.errstate(all="ignore"):
+        return integrator.run(system, work, variables, np.array([now]), 0, 1).rows
+
+
 @contextmanager
 def unchanged(system, work) -> Iterator[None]:
     """Give the scratch arrays of a system back as they were, and the factors of its matrix, however the block ends."""
-    pattern = system.program.pattern
-    arrays = (*work, pattern.scratch, pattern.softness)
+    arrays = scratch(system, work)
     before = [array.copy() for array in arrays]
     try:
         yield

@@ -83,7 +83,8 @@ def require_seen(system, variables) -> None:
         return
     titles = {hold.title for hold in system.holds if hold.crossing >= 0}
     for number, owner in enumerate(system.switch_owners):
-        if owner in titles and switching.touched[number] > 0.0:
+        # one that is past it now has not been looked at yet: the integrator has come back between two looks
+        if owner in titles and switching.touched[number] > 0.0 and switching.now[number, 1] >= 0.0:
             raise IntegrationError(
                 owner,
                 found="its signal passed a threshold and came back between two looks at it",

@@ -11,12 +11,13 @@ import numpy as np
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate.runs.added_error import started_again, tell_of
 from flexmb.integrate.runs.after_event import assembled_after
+from flexmb.integrate.runs.block_start import BlockStart
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after
 from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.coarse_contacts import CoarseContacts
 from flexmb.integrate.runs.continuity import require_continuity, require_known_states
 from flexmb.integrate.runs.counts import numbers_of, together
-from flexmb.integrate.runs.fastest import unchanged
+from flexmb.integrate.runs.fastest import present_rows
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
@@ -196,6 +197,7 @@ class Phases:
         self._start(system, start, work)
         self.kept.begin(system)
         self.outlook.new_phase()
+        self.block_start = BlockStart(self.integrator, system, work)
         watch = Watch(model, system, self.integrator, work, self.passed, self.interruption.look_now)
         if goes_on is not None:
             watch.recall(goes_on)
@@ -211,6 +213,8 @@ class Phases:
                 if first in anew and first != begun:
                     works, last_row = self._go_on(system, work, just_after(marks[first]), last_row, works)
                     begun = first
+                if watch.events:
+                    self.block_start.keep(self.variables, marks, first)
                 outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
                 self.kept.require_half_turns(outcome.rows, getattr(self.variables, "switching", None))
                 rows = {**outcome.rows, "works": outcome.rows["works"] + works}
@@ -224,8 +228,10 @@ class Phases:
                         continue
                     self.recorder.add(after)
                     return event, after, watch
-                self._keep(rows, times)
-                require_seen(system, self.variables)
+                try:
+                    require_seen(system, self.variables)
+                finally:  # which forgets what has touched
+                    self._keep(rows, times)
                 if outcome.failure:
                     return self._failed(model, system, start, work, rows if len(rows["t"]) else last_row, outcome)
                 if len(rows["t"]):
@@ -266,11 +272,12 @@ class Phases:
         if found is None:
             return None
         events, k = found
-        event, after = events[0], _row(looked, k)
+        event, after, ahead = events[0], _row(looked, k), k if before is None else k - 1
+        self.variables = self.block_start.back(self.variables, ahead)
         if k > 0:
             event, after = watch.locate(events, _row(looked, k - 1), after)
         watch.happened(event, after)
-        self._keep({name: x[: k if before is None else k - 1] for name, x in rows.items()}, times)
+        self._keep({name: x[:ahead] for name, x in rows.items()}, times)
         return event, after
 
     def _keep(self, rows, times) -> None:
@@ -352,8 +359,7 @@ class Phases:
         if row is None and now <= last["t"][-1] + rounding(last["t"][-1]):  # or just after it, where a signal jumps
             row = last
         if row is None:
-            with unchanged(system, work):  # the run must not depend on when the clock has struck
-                rows = self.integrator.run(system, work, self.variables, np.array([now]), 0, 1).rows
+            rows = present_rows(self.integrator, system, work, self.variables, now)
             row = {**rows, "works": rows["works"] + works}
         if len(row["t"]):
             at = float(row["t"][-1])

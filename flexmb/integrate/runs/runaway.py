@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexmb.integrate.extent import extents
-from flexmb.integrate.runs.fastest import unchanged
+from flexmb.integrate.runs.fastest import present_rows, unchanged
 from flexmb.model.signal import Signal
 
 __all__ = ["REMEDY", "Runaway", "that_follow"]
@@ -78,10 +78,10 @@ class Runaway:
 
 def _present(integrator, system, work, variables, now: float) -> _Speed | None:
     """Return the highest speed at the time that a run has reached."""
+    rows = present_rows(integrator, system, work, variables, now)
+    if not len(rows["t"]):
+        return None
     with unchanged(system, work), np.errstate(all="ignore"):
-        rows = integrator.run(system, work, variables, np.array([now]), 0, 1).rows
-        if not len(rows["t"]):
-            return None
         q, u = (np.ascontiguousarray(rows[name][-1]) for name in "qu")
         extent, _ = extents(system, system.state(now, q, u), work)
         relative = np.where(system.is_state, 0.0, np.abs(u) * extent) / system.lengths.whole

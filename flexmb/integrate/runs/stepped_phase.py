@@ -13,6 +13,7 @@ from flexmb.errors import IntegrationError
 from flexmb.integrate.runs import contradiction, inversion
 from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
 from flexmb.integrate.runs.after_event import assembled_after
+from flexmb.integrate.runs.block_start import copied, scratch, shared
 from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
 from flexmb.integrate.runs.chatter import chattering
 from flexmb.integrate.runs.coarse_contacts import CoarseContacts
@@ -262,17 +263,17 @@ class SteppedPhase:
 
     def saved(self) -> tuple[Any, ...]:
         """Return all that the steps after this depend on."""
-        scratch = [array.copy() for array in self._scratch()]
+        kept = [array.copy() for array in scratch(self.system, self.work)]
         try:
             variables = self._copied(self.variables)
         except TypeError:  # the solver of IDA keeps its state to itself
             variables = None
         args = self.system.program.signals.args.copy()
-        return variables, scratch, args, dict(self.last), self.works, self.jumped, self.planned, self._watched()
+        return variables, kept, args, dict(self.last), self.works, self.jumped, self.planned, self._watched()
 
     def restore(self, saved: tuple[Any, ...], samples: int) -> None:
         """Return to what `saved` has returned, when so many samples were kept."""
-        variables, scratch, args, self.last, self.works, self.jumped, self.planned, watched = saved
+        variables, arrays, args, self.last, self.works, self.jumped, self.planned, watched = saved
         self.system.program.signals.args[:] = args
         del self.rows[samples:], self.given[samples:]
         self.looked = min(self.looked, samples)
@@ -283,16 +284,12 @@ class SteppedPhase:
         self.contact_counts = watched[3]
         self.ended = "finished"
         self._gradients.last = None
-        for array, kept in zip(self._scratch(), scratch, strict=True):
+        for array, kept in zip(scratch(self.system, self.work), arrays, strict=True):
             array[...] = kept
         if variables is None:
             self._begin_anew(self.t)
         else:
             self.variables = self._copied(variables)
-
-    def _scratch(self) -> list[np.ndarray]:
-        pattern = self.system.program.pattern
-        return [*self.work, pattern.scratch, pattern.softness]
 
     def _watched(self):
         contacts = copy.deepcopy(self.contacts, {id(self.integrator): self.integrator})
@@ -300,8 +297,7 @@ class SteppedPhase:
 
     def _copied(self, variables: Any) -> Any:
         """Return the integrator's variables with arrays of their own; the system and its workspace stay the same."""
-        same = [self.system, self.work, self.model, self.integrator, *self.work, *_parts(self.system.program)]
-        return copy.deepcopy(variables, {id(one): one for one in same})
+        return copied(variables, shared(self.integrator, self.system, self.work))
 
     def readings(self) -> Readings:
         """Return what reads sensors at the present time."""
@@ -358,12 +354,6 @@ class SteppedPhase:
         validity.tell(self.sunk.look(self.system, getattr(self.variables, "switching", None)))
         validity.tell(self.contacts.sentences(self.t - float(self.rows[0]["t"][0])))
         validity.note(self.energy.notes(steps))
-
-
-def _parts(table: Any) -> list[Any]:
-    """Return a structure with all that it holds."""
-    inner = table if isinstance(table, tuple) else ()
-    return [table, *(part for one in inner for part in _parts(one))]
 
 
 def new_phase(
