@@ -75,3 +75,13 @@ def test_a_dead_centre_takes_no_energy(mass, recwarn):
     run = fmb.simulate(model(mass), 1.0, samples=21, integrator=fmb.IDA())
     np.testing.assert_allclose(run["x"][:, 0], reference(mass, run.t), rtol=0, atol=3e-4)
     assert not [one for one in recwarn if issubclass(one.category, fmb.errors.ValidityWarning)]
+
+
+@pytest.mark.parametrize("samples", [21, 101])
+def test_energy_that_implicit_makes_is_told_whatever_the_samples(samples):
+    """Six samples in a period show what moves, 13 steps apart: it was a note that they are too few."""
+    with pytest.warns(fmb.errors.ValidityWarning, match="added .* J that no law explains") as told:
+        run = fmb.simulate(model(1e-6), 1.0, samples=samples, integrator=fmb.Implicit())
+    assert "a smaller rtol or step, or use IDA or Explicit to compare" in str(told[0].message)
+    assert np.abs(run["x"][:, 0] - reference(1e-6, run.t)).max() > 3e-4
+    assert "too few to know how much energy" not in " ".join(run.statistics["notes"])

@@ -32,7 +32,11 @@ SHORT = 1e-100
 """s, below which its square is no number."""
 SEEN = 10
 """Steps from sample to sample up to which the samples show what moves: a swing takes more."""
-REMEDY = "Give the integrator a smaller rtol or step, or use Implicit, IDA or Explicit to compare"
+FOLLOWED, MOSTLY = 0.01, 0.8
+"""Energy of what accelerations at two samples miss of the change of velocities, over what moves: six samples a period;
+and the share of such intervals from which on samples show what moves, however many steps are between them."""
+OTHERS = "Implicit", "IDA", "Explicit"
+"""What is right where the others' steps are too long."""
 
 
 @entry_kernel(PROGRAM, WORK, array_type(FLOATS), *[array_type(FLOATS, 2)] * 6)
@@ -71,6 +75,8 @@ class EnergyWatch:
         self.worst = (0.0, 0.0)  # energy, time
         self.blame: dict[str, float] = {}
         self._inertia: np.ndarray | None = None
+        self._latest: dict[str, np.ndarray] | None = None
+        self._missed: list[np.ndarray] = []
 
     def look(self, rows: dict[str, np.ndarray], switching: Any) -> None:
         """Take a block of samples; `switching` tells what touched since the block before."""
@@ -92,6 +98,7 @@ class EnergyWatch:
         self.samples += len(now)
         self.reach = max(self.reach, float((np.abs(rows["a"]) @ self._levers(rows)).max()))
         self.rest = self._rest(rows)
+        self._missed.append(self._misses(rows))
         self.reached = float(rows["t"][-1])
         self.fastest = max(self.fastest, float((np.abs(rows["u"]) * self._speeds()).max(initial=0.0)))
         if self.jumped:
@@ -125,6 +132,17 @@ class EnergyWatch:
             diagonal = np.abs(constraint_matrix(self.system, self.work)[0].diagonal())
             self._inertia = np.where(self.system.is_state, 0.0, diagonal)
         return self._inertia
+
+    def _misses(self, rows: dict[str, np.ndarray]) -> np.ndarray:
+        """Return for every interval of samples the kinetic energy (J) of the change of velocities that the mean of both
+        accelerations does not explain: little where samples follow the motion.
+        """
+        t, u, a = (
+            rows[name] if self._latest is None else np.concatenate([self._latest[name], rows[name]]) for name in "tua"
+        )
+        self._latest = {name: rows[name][-1:] for name in "tua"}
+        missed = np.diff(u, axis=0) - 0.5 * np.diff(t)[:, None] * (a[1:] + a[:-1])
+        return 0.5 * missed**2 @ self._inertias(rows)
 
     def _levers(self, rows: dict[str, np.ndarray]) -> np.ndarray:
         """Return what makes accelerations an energy (nu,): the work of inertia forces over the length of the model,
@@ -165,7 +183,10 @@ class EnergyWatch:
         return max(self.moving, STANDING * self.standing, self.rest)  # of all that has moved: see SHARE
 
     def _sparse(self, steps: int) -> bool:
-        return steps > SEEN * self.samples
+        if steps <= SEEN * self.samples:
+            return False
+        missed = np.concatenate([np.zeros(0), *self._missed])
+        return not len(missed) or np.mean(missed <= FOLLOWED * self._moves()) < MOSTLY
 
     def notes(self, steps: int) -> list[str]:
         """Return why no judgement is possible, if none is: too much for what samples show, not for what may move."""
@@ -190,8 +211,8 @@ class EnergyWatch:
             "restitution."
         ]
 
-    def sentences(self, steps: int) -> list[str]:
-        """Return the warning about the phase after a number of steps: one sentence, or none."""
+    def sentences(self, steps: int, integrator: Any = None) -> list[str]:
+        """Return the warning about the phase after a number of steps of an integrator: one sentence, or none."""
         left, t = self.worst
         share = self._share(steps)
         if not share > SHARE:
@@ -199,8 +220,9 @@ class EnergyWatch:
         owner = max(self.blame, key=lambda title: self.blame[title])
         percent = f"{100.0 * share:.2g}" if share < 0.995 else f"{100.0 * share:.0f}" if share < 100 else "over 10 000"
         made = "added" if left > 0.0 else "removed"
+        others = " or ".join(name for name in OTHERS if name != type(integrator).__name__)
         return [
             f"{owner}: until t = {t:.4g} s the integration has {made} {abs(left):.3g} J that no law explains, "
             f"{percent} % of the largest energy that moves, most of it there; expected: less than "
-            f"{100.0 * SHARE:g} %. {REMEDY}."
+            f"{100.0 * SHARE:g} %. Give the integrator a smaller rtol or step, or use {others} to compare."
         ]

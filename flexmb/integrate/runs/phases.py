@@ -333,7 +333,7 @@ class Phases:
             steps = self.integrator.statistics(self.variables).get("steps", 0)
             chatters = chattering(system, getattr(self.variables, "switching", None), steps)
             made = self.kept.energy.made_by_impacts(self.variables)
-            self.validity.tell([*self.kept.energy.sentences(steps), *made, *chatters])
+            self.validity.tell([*self.kept.energy.sentences(steps, self.integrator), *made, *chatters])
             self.validity.note(self.kept.energy.notes(steps))
         divided = divided_steps(self.integrator, self.statistics, self.t)
         coarse = self.contacts.sentences(self.t - float(self.times[0]))

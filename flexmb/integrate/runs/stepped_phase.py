@@ -350,7 +350,7 @@ class SteppedPhase:
             self.error_told = True
             validity.tell(sentences)
         chatters = chattering(self.system, getattr(self.variables, "switching", None), steps)
-        validity.tell([*self.energy.sentences(steps), *sentences_about(self.jumps), *chatters])
+        validity.tell([*self.energy.sentences(steps, self.integrator), *sentences_about(self.jumps), *chatters])
         validity.tell(self.sunk.look(self.system, getattr(self.variables, "switching", None)))
         validity.tell(self.contacts.sentences(self.t - float(self.rows[0]["t"][0])))
         validity.note(self.energy.notes(steps))
