@@ -186,7 +186,7 @@ class EnergyWatch:
         if steps <= SEEN * self.samples:
             return False
         missed = np.concatenate([np.zeros(0), *self._missed])
-        return not len(missed) or np.mean(missed <= FOLLOWED * self._moves()) < MOSTLY
+        return not len(missed) or bool(np.mean(missed <= FOLLOWED * self._moves()) < MOSTLY)
 
     def notes(self, steps: int) -> list[str]:
         """Return why no judgement is possible, if none is: too much for what samples show, not for what may move."""
