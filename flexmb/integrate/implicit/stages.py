@@ -220,13 +220,47 @@ def _predict(r, c, s):
 
 
 @inner_kernel
+def _solve_for_change(program, work, r, a):
+    """Write what Newton's method changes of the velocities of bodies, over the shift, and of multipliers to r.right."""
+    nu = len(r.extent)
+    for i in range(nu):
+        r.right[i] = -work.residual[i]
+    constraint_acceleration(work, a, r.right[nu:])
+    for i in range(len(r.lam)):
+        r.right[nu + i] = -r.right[nu + i]
+    lu_solve(work.S, program.pattern, r.right)
+
+
+@inner_kernel
+def _add_change(chart, work, r):
+    """Add r.right to the unknowns: to the accelerations as r.change, and to the multipliers."""
+    read_change(chart.rows, work, r.right, r.change)
+    for i in range(len(r.a)):
+        r.a[i] += r.change[i]
+    for i in range(len(r.lam)):
+        r.lam[i] += r.right[len(r.extent) + i]
+
+
+@inner_kernel
+def _keep_stage(chart, work, r, shift, s):
+    """Keep powers, rates, accelerations and multipliers of a stage that is solved."""
+    r.W[s] = powers(work.energy)
+    r.W[s, 1] = 0.0  # of the drives: with the corrected multipliers
+    for i in range(len(r.lam)):
+        r.W[s, 1] -= r.lam[i] * work.equations[i].rate
+    for i in range(len(r.v)):
+        r.v[i] += shift * r.change[i]
+    prescribe(chart.driven, chart.sampled, r.x, r.v, r.a)
+    r.V[s], r.A[s], r.L[s] = r.v, r.a, r.lam
+
+
+@inner_kernel
 def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
     """Solve stage s by Newton's method; the matrix is kept while it converges fast. False if it fails.
 
     It ends when what is left is below `newton` of the tolerance and `settled` of the accelerations, or, below the
     former, when iterations gain nothing more.
     """
-    nu, ng = len(r.extent), len(r.lam)
     size, rate = 0.0, 0.5
     if len(chart.driven) > 0:
         sample_signals(t, chart.signals, chart.sampled)
@@ -241,20 +275,11 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
             r.run[0].factorisations += 1
             if lu_factor(work.S, program.pattern) >= 0:
                 return False
-        for i in range(nu):
-            r.right[i] = -work.residual[i]
-        constraint_acceleration(work, state.a, r.right[nu:])
-        for i in range(ng):
-            r.right[nu + i] = -r.right[nu + i]
-        lu_solve(work.S, program.pattern, r.right)
+        _solve_for_change(program, work, r, state.a)
         before, size = size, _norm(r, r.right, shift * shift, tolerance)
         if not np.isfinite(size) or size > 1e12:
             return False
-        read_change(chart.rows, work, r.right, r.change)
-        for i in range(len(r.a)):
-            r.a[i] += r.change[i]
-        for i in range(ng):
-            r.lam[i] += r.right[nu + i]
+        _add_change(chart, work, r)
         if iteration > 0 and before > 0.0:
             if size > SLOW * before:  # equations that depend on each other may yield all the time, and move nothing
                 size = _displacement(chart, work, r, shift * shift, tolerance)
@@ -265,14 +290,7 @@ def _stage(chart, program, work, r, t, shift, s, tolerance, newton, settled):
         goal = min(newton, settled * _norm(r, state.a, shift * shift, tolerance)) if np.isfinite(settled) else newton
         exhausted = iteration > 1 and (rate > STALLED or iteration == MOST - 1) and size <= newton
         if exhausted or (size * rate / (1.0 - rate) <= goal and (iteration > 0 or size <= 1e-2 * goal)):
-            r.W[s] = powers(work.energy)
-            r.W[s, 1] = 0.0  # of the drives: with the corrected multipliers
-            for i in range(ng):
-                r.W[s, 1] -= r.lam[i] * work.equations[i].rate
-            for i in range(len(r.v)):
-                r.v[i] += shift * r.change[i]
-            prescribe(chart.driven, chart.sampled, r.x, r.v, r.a)
-            r.V[s], r.A[s], r.L[s] = r.v, r.a, r.lam
+            _keep_stage(chart, work, r, shift, s)
             return True
         r.run[0].fresh = 1 if iteration > 0 and rate > SLOW else 0
     return False
