@@ -11,6 +11,7 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from flexmb.errors import ReductionError
 from flexmb.model.effective_mass import effective_mass_table
@@ -179,13 +180,14 @@ def _in_axes(data: Data, Q: np.ndarray, p: np.ndarray) -> Data:
     )
     turn6 = np.zeros((6, 6))
     turn6[:3, :3], turn6[3:, 3:] = Q, s * Q
-    return _with_turned_bound(_with_effective_mass(changed, turn6), Q)
+    return _with_turned_bound(_with_effective_mass(changed, turn6), Q, s)
 
 
-def _with_turned_bound(data: Data, Q: np.ndarray) -> Data:
+def _with_turned_bound(data: Data, Q: np.ndarray, s: float) -> Data:
     """Bound the error of the response to loads along the new axes: at most the sum of those along the old ones.
 
-    Without all three directions of an interface there is no such sum: the bound is left out.
+    With phases it is the same error, by forces in the new axes. Without all three directions of an interface there is
+    no such sum: the bound is left out.
     """
     if "transfer" not in data.quality:
         return data
@@ -194,7 +196,11 @@ def _with_turned_bound(data: Data, Q: np.ndarray) -> Data:
     if all(own in ([0, 1, 2], [0, 1, 2, 3, 4, 5]) for own in freedoms):
         transfer = data.quality["transfer"]
         columns = np.array(transfer["by_input"]).reshape(len(transfer["frequencies"]), -1, 3)
-        quality["transfer"] = {**transfer, "by_input": (columns @ np.abs(Q).T).reshape(len(columns), -1).tolist()}
+        turned = {"by_input": (columns @ np.abs(Q).T).reshape(len(columns), -1).tolist()}
+        if "matrix" in transfer:
+            turn = block_diag(*(s**f * Q for own in freedoms for f in range(len(own) // 3)))  # of forces, of moments
+            turned["matrix"] = (turn @ np.array(transfer["matrix"]) @ turn.T).tolist()
+        quality["transfer"] = {**transfer, **turned}
     return replace(data, quality=quality)
 
 
@@ -299,8 +305,10 @@ def _with_units(data: Data, factor: float, length: float) -> dict:
     """Return the bound of the response's error in other units: frequencies times a factor, compliances (s2/kg)."""
     transfer = data.quality["transfer"]
     softness = data.quality["mass"]["mass"] / (factor**2 * data.mass)
+    matrix = {"matrix": (softness * np.array(transfer["matrix"])).tolist()} if "matrix" in transfer else {}
     return {
         **transfer,
+        **matrix,
         "error": [e * softness for e in transfer["error"]],
         "by_input": [[e * softness for e in row] for row in transfer["by_input"]],
         "response": [e * softness for e in transfer["response"]],

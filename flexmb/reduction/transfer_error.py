@@ -22,7 +22,10 @@ REFERENCE_DAMPING = 0.01
 """Fraction of critical damping at which responses are compared where a reduction proposes none."""
 BEYOND = 2.0
 """Modes are known up to this many times the band: the others are amplified by less than 1 / (1 - 1/4) = 1.33."""
+MOST_FREEDOMS = 48
+"""Interface freedoms up to which errors are kept with their phases: their number grows with the square."""
 _LINES = 100  # frequencies over a band, besides the resonances
+_DIGITS = 7  # of a kept matrix: shares of forces cancel to a hundredth or so, not to 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,8 @@ class TransferError:
         Upper bound of the largest singular value of the error, lower bound of the full elastic response's.
     by_input : (n, k), m/N
         Bound of the norm of the error of the response to each interface freedom by itself.
+    matrix : (n, k, k) complex, m/N, or None
+        Estimate of the error at the interface freedoms by forces on them; None where these are too many.
     damping : float
         Fraction of critical damping of all resonances, as hysteresis.
     length : float, m
@@ -46,6 +51,7 @@ class TransferError:
     error: np.ndarray
     response: np.ndarray
     by_input: np.ndarray
+    matrix: np.ndarray | None
     damping: float
     length: float
 
@@ -60,8 +66,10 @@ class TransferError:
         return float(self.frequencies[int(np.argmax(self.error))])
 
     def numbers(self) -> dict[str, Any]:
-        """Return the bound as JSON can hold it."""
+        """Return the bound as JSON can hold it; ``matrix`` has real and imaginary parts, (n, 2, k, k)."""
+        E = self.matrix
         return {
+            **({} if E is None else {"matrix": _rounded(np.stack([E.real, E.imag], axis=1)).tolist()}),
             "frequencies": self.frequencies.tolist(),
             "error": self.error.tolist(),
             "response": self.response.tolist(),
@@ -101,7 +109,8 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
     own_w2 = eigh(0.5 * (K + K.T), 0.5 * (M + M.T), eigvals_only=True)
     frequencies = _lines(limit, zeta, np.concatenate([known.w2, own_w2]))
     error, response = np.zeros(len(frequencies)), np.zeros(len(frequencies))
-    alone = np.zeros((len(frequencies), nb))
+    alone, k = np.zeros((len(frequencies), nb)), framed.at_interfaces
+    matrix = np.zeros((len(frequencies), k, k), complex) if 0 < k <= MOST_FREEDOMS else None
     for number, w2 in enumerate((2.0 * np.pi * frequencies) ** 2):
         answer = np.linalg.solve(loss * K - w2 * M, F.astype(complex))
         made = np.vstack([np.eye(nb), -loss * answer, w2 * answer])
@@ -115,9 +124,17 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
         own = np.sqrt(size * np.maximum(np.diag(rest).real, 0.0))
         error[number] = np.linalg.norm(estimate, 2) + width * size
         alone[number] = np.linalg.norm(estimate, axis=0) + width * own
+        if matrix is not None:
+            matrix[number] = estimate[:k, :k]
         response[number] = max(np.linalg.norm(F.T @ answer + estimate, 2) - width * size, 0.0)
-    at_interfaces = alone[:, : framed.at_interfaces]
-    return TransferError(frequencies, error, response, at_interfaces, zeta, framed.body.length)
+    return TransferError(frequencies, error, response, alone[:, :k], matrix, zeta, framed.body.length)
+
+
+def _rounded(numbers: np.ndarray) -> np.ndarray:
+    """Return numbers to a few digits of the largest at each frequency, (n, ...): short in a file."""
+    size = np.abs(numbers).max(axis=tuple(range(1, numbers.ndim)))
+    places = _DIGITS - np.floor(np.log10(np.where(size > 0.0, size, 1.0))).astype(int)
+    return np.stack([np.round(own, place) for own, place in zip(numbers, places, strict=True)])
 
 
 def _lines(limit: float, zeta: float, w2: np.ndarray) -> np.ndarray:

@@ -1,15 +1,17 @@
-"""What the reduction of its bodies costs a run: the spectrum of interface forces times the bound of the error.
+"""What the reduction of its bodies costs a run: the spectrum of interface forces times the error of the response.
 
-The bound comes with the reduced data (``error_up_to``; docs, theory "reduction", eq. (transfer-bound)); the forces are
+The error comes with the reduced data (``error_up_to``; docs, theory "reduction", eq. (transfer-bound)); the forces are
 forces of joints and force elements on the interfaces, in body axes, moments over the size of the body.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.linalg import eigh
 
 from flexmb.results.solution import Solution
 
@@ -20,7 +22,13 @@ FEW = 8
 MOST = 0.99
 """Share of the spectrum below the frequency that is told."""
 UNKNOWN = 0.02
-"""Share of the spectrum above the known band that is told; forces that end suddenly with the run have some."""
+"""Share of the spectrum above the known band that is told; forces that begin suddenly have some."""
+END = 0.05
+"""Last part of a run over which forces and motion fade."""
+MARGIN = 1.5
+"""What is told over what is estimated with phases: damping and sizes of motion are not quite those of the estimate."""
+HELD = 1e-3
+"""Share of the largest reaction from which a joint is taken to hold a freedom of an interface."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +39,8 @@ class RunError:
     ----------
     body : str
     share : float
-        Bound of the root mean square of the error at the interfaces, over the root mean square of their elastic motion.
+        Root mean square of the error at the interfaces, over the root mean square of their elastic motion; an estimate
+        with a margin, a bound where `by_size`.
     frequency : float, Hz
         Below it lie 99 % of the interface forces, by their squares.
     worst : float, Hz
@@ -41,6 +50,9 @@ class RunError:
     limit : float, Hz
         Up to which it is known.
     remedy : str
+    by_size : bool
+        The shares of the forces are added by size, as if none cancelled another: their phases are not kept with many
+        interface freedoms, nor in data of former versions.
     """
 
     body: str
@@ -50,12 +62,15 @@ class RunError:
     beyond: float
     limit: float
     remedy: str
+    by_size: bool = False
 
     def __str__(self) -> str:
         text = (
             f"Reduction of {self.body}: by the spectrum of its interface forces (99 % below {self.frequency:.3g} Hz) "
-            f"the elastic motion has an error of at most {100.0 * self.share:.2g} %, mostly at {self.worst:.3g} Hz"
+            f"the elastic motion has an error of up to {100.0 * self.share:.2g} %, mostly at {self.worst:.3g} Hz"
         )
+        if self.by_size:
+            text += " (an upper bound that may be far too large: the shares of the forces are added by size)"
         if self.beyond > UNKNOWN:
             text += f"; {100.0 * self.beyond:.2g} % of them lie above {self.limit:.3g} Hz, where no error is known"
         return text
@@ -79,18 +94,23 @@ def run_errors(solution: Solution, within: float = 0.01) -> list[RunError]:
     for body in phase.model.bodies:
         data = getattr(body, "reduced", None)
         if data is not None and "transfer" in data.quality and data.n_interfaces:
-            forces = _interface_forces(series, phase.model, body, data)
-            motion = _motion(series.modal_coordinates(body.name), data)
-            error = _weighed(body.name, data, *_spectrum(phase.t, forces), motion, within)
+            forces, reactions = _interface_forces(series, phase.model, body, data)
+            fading = _fading(phase.t)[:, None]
+            motion = _motion(fading * series.modal_coordinates(body.name), data)
+            held = _held(reactions)
+            error = _weighed(body.name, data, *_spectrum(phase.t, fading * forces), held, motion, within)
             if error is not None:
                 found.append(error)
     return found
 
 
-def _interface_forces(series: Any, model: Any, body: Any, data: Any) -> np.ndarray:
-    """Return forces and moments over the size of the body, (nt, 6 k), N, on all interfaces in body axes."""
+def _interface_forces(series: Any, model: Any, body: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return forces and moments over the size of the body, (nt, 6 k), N, on all interfaces in body axes.
+
+    Then those of them that are reactions of joints.
+    """
     names = [f"{body.name}.{name}" for name in data.marker_names[: data.n_interfaces]]
-    out = np.zeros((len(series.t), len(names), 6))
+    out = np.zeros((2, len(series.t), len(names), 6))
     parts = [(joint, series.reaction) for joint in model.joints] + [(force, series.force) for force in model.forces]
     for part, read in parts:
         places = tuple(getattr(part, "markers", None) or (getattr(part, "marker", None),))
@@ -104,12 +124,20 @@ def _interface_forces(series: Any, model: Any, body: Any, data: Any) -> np.ndarr
             if k == 0 and len(places) == 2:  # the force acts at the second marker: its lever about the first
                 arm = series.marker(places[1]).r - series.marker(place).r
                 on = np.hstack([on[:, :3], on[:, 3:] + np.cross(arm, on[:, :3])])
-            out[:, names.index(place)] += on
+            for sums in out if read == series.reaction else out[:1]:
+                sums[:, names.index(place)] += on
     axes = series.marker(names[0]).R
     size = data.quality["transfer"]["length"]
-    turned = np.einsum("tij,tkni->tknj", axes, out.reshape(len(out), len(names), 2, 3))
-    turned[:, :, 1] /= size
-    return turned.reshape(len(out), -1)
+    turned = np.einsum("tij,stkni->stknj", axes, out.reshape(2, -1, len(names), 2, 3))
+    turned[..., 1, :] /= size
+    every, reactions = turned.reshape(2, len(axes), -1)
+    return every, reactions
+
+
+def _held(reactions: np.ndarray) -> np.ndarray:
+    """Return which freedoms joints hold (6 k,), as far as their reactions (nt, 6 k) tell."""
+    size = np.sqrt(np.mean(reactions**2, axis=0))
+    return size > HELD * size.max()
 
 
 def _motion(eta: np.ndarray, data: Any) -> float:
@@ -127,31 +155,47 @@ def _motion(eta: np.ndarray, data: Any) -> float:
     return float(np.mean(np.sum((eta @ np.concatenate([shift, turn]).reshape(6 * k, -1).T) ** 2, axis=1)))
 
 
-def _spectrum(t: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies (n,), Hz, and amplitudes of the forces (n, 6 k), N, whose squares sum up to the mean square.
+def _fading(t: np.ndarray) -> np.ndarray:
+    """Return weights (nt,) that go to zero over the end of a run.
 
-    No window: the body begins undeformed, so the forces of the whole run make its whole motion; nothing comes after
-    them (zeros of the same length), so that the error of a response that dies away is in it too.
+    Forces that a run cuts off would strike the body there: at its resonances all of them at once, where those of a
+    drive and of the joint that answers it cancel.
+    """
+    left = np.clip((t[-1] - t) / (END * (t[-1] - t[0])), 0.0, 1.0)
+    return 0.5 - 0.5 * np.cos(np.pi * left)
+
+
+def _spectrum(t: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies (n,), Hz, and amplitudes (n, 6 k), N, complex, whose squares sum up to the mean square.
+
+    The body begins undeformed, so the forces of the whole run make its whole motion; nothing comes after them (zeros
+    of the same length), so that the error of a response that dies away is in it too.
     """
     even = np.linspace(t[0], t[-1], len(t))
     samples = np.stack([np.interp(even, t, column) for column in forces.T])
-    amplitude = np.abs(np.fft.rfft(samples, 2 * len(t)))
+    amplitude = np.fft.rfft(samples, 2 * len(t))
     amplitude[:, 1:-1] *= np.sqrt(2.0)
     return np.fft.rfftfreq(2 * len(t), even[1] - even[0]), amplitude.T / (np.sqrt(2.0) * len(t))
 
 
-def _weighed(name: str, data: Any, frequencies: np.ndarray, forces: np.ndarray, motion: float, within: float):
+def _weighed(
+    name: str,
+    data: Any,
+    frequencies: np.ndarray,
+    forces: np.ndarray,
+    held: np.ndarray,
+    motion: float,
+    within: float,
+):
     """Return the error of a body from the spectrum of its forces and its mean square motion; None at rest."""
     told = data.quality["transfer"]
-    power = np.sum(forces**2, axis=1)
+    power = np.sum(np.abs(forces) ** 2, axis=1)
     limit, total = told["frequencies"][-1], float(power.sum())
     if total == 0.0 or motion == 0.0:
         return None
     inside = frequencies <= limit
     places = [6 * k + f for k, row in enumerate(data.quality["interfaces"]) for f in row["freedoms"]]
-    bounds = np.array(told["by_input"])
-    at = [np.interp(frequencies[inside], told["frequencies"], bound) for bound in bounds.T]
-    error = np.sum(np.array(at).T * forces[inside][:, places], axis=1) ** 2
+    error = _squares(data, frequencies[inside], forces[inside][:, places], held[places])
     share = float(np.sqrt(error.sum() / motion))
     highest = float(frequencies[np.searchsorted(np.cumsum(power), MOST * total)])
     beyond = float(power[~inside].sum() / total)
@@ -162,8 +206,75 @@ def _weighed(name: str, data: Any, frequencies: np.ndarray, forces: np.ndarray, 
         worst=float(frequencies[inside][int(np.argmax(error))]),
         beyond=beyond,
         limit=limit,
+        by_size="matrix" not in told,
         remedy=_remedy(data.quality, share, highest, limit, within, beyond),
     )
+
+
+def _squares(data: Any, frequencies: np.ndarray, forces: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Return the squares of the error (n,), m2, by amplitudes (n, k) of the forces.
+
+    With phases, so that forces whose errors cancel do. What joints hold moves no other way with more modes, so that
+    reactions change; what hangs on the joints may also give way. The larger of both is told, with a margin.
+    """
+    told = data.quality["transfer"]
+    known = np.array(told["frequencies"])
+    if "matrix" not in told:
+        at = [np.interp(frequencies, known, bound) for bound in np.array(told["by_input"]).T]
+        return np.sum(np.array(at).T * np.abs(forces), axis=1) ** 2
+    real, imaginary = np.moveaxis(np.array(told["matrix"]), 1, 0)
+    lines = real + 1j * imaginary
+    after = np.clip(np.searchsorted(known, frequencies), 1, len(known) - 1)
+    shares = (frequencies - known[after - 1]) / (known[after] - known[after - 1])
+    response = _elastic_and_rigid(data)
+    soft, stiff = np.zeros(forces.shape, complex), np.zeros(forces.shape, complex)
+    slowest = 0.5 * frequencies[min(1, len(frequencies) - 1)]
+    for n, (hertz, line, share) in enumerate(zip(frequencies, after, shares, strict=True)):
+        error = (1.0 - share) * lines[line - 1] + share * lines[line]
+        soft[n] = stiff[n] = error @ forces[n]
+        if held.any():
+            elastic, rigid = response(max(hertz, slowest))
+            elastic = elastic + error
+            change = np.linalg.lstsq((elastic + rigid)[np.ix_(held, held)], -soft[n, held], rcond=1e-12)[0]
+            stiff[n] = soft[n] + elastic[:, held] @ change
+    one, two = np.sum(np.abs(soft) ** 2, axis=1), np.sum(np.abs(stiff) ** 2, axis=1)
+    return MARGIN**2 * (one if one.sum() > two.sum() else two)
+
+
+def _elastic_and_rigid(data: Any) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
+    """Return a function of the frequency, Hz: the elastic and the rigid response (k, k), m/N, of the reduced body."""
+    loss, inertia = 1.0 + 2j * data.quality["transfer"]["damping"], data.invariants
+    mass = np.block(
+        [
+            [inertia.vv, inertia.vw0, inertia.vn],
+            [inertia.vw0.T, inertia.ww0, inertia.wn0],
+            [inertia.vn.T, inertia.wn0.T, inertia.nn],
+        ]
+    )
+    stiffness = np.zeros_like(mass)
+    stiffness[6:, 6:] = data.stiffness
+    w2, modes = eigh(stiffness, mass)  # of the free body: six rigid motions, then elastic ones against the mean motion
+    shapes = _freedoms(data) @ modes
+    rigid, elastic = shapes[:, :6], shapes[:, 6:]
+
+    def response(hertz: float) -> tuple[np.ndarray, np.ndarray]:
+        square = (2.0 * np.pi * hertz) ** 2
+        return elastic / (loss * w2[6:] - square) @ elastic.T, rigid @ rigid.T / -square
+
+    return response
+
+
+def _freedoms(data: Any) -> np.ndarray:
+    """Return the motion (k, 6 + m) of interface freedoms by rigid motions and modes; turns by the size of the body."""
+    rows = []
+    length = data.quality["transfer"]["length"]
+    for number, row in enumerate(data.quality["interfaces"]):
+        x, y, z = data.marker_positions[number]
+        lever = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        move = np.hstack([np.eye(3), lever, data.marker_translations[number]])
+        turn = length * np.hstack([np.zeros((3, 3)), np.eye(3), data.marker_rotations[number]])
+        rows.append(np.vstack([move, turn])[row["freedoms"]])
+    return np.vstack(rows)
 
 
 def _remedy(quality: dict[str, Any], share: float, frequency: float, limit: float, within: float, beyond: float) -> str:
@@ -174,6 +285,8 @@ def _remedy(quality: dict[str, Any], share: float, frequency: float, limit: floa
         return ""
     if quality.get("basis", "CraigBampton()") != "CraigBampton()":
         return f"Reduce again with modes='up to {limit:.3g} Hz within {100.0 * within:.2g} %'"
+    if "matrix" not in quality["transfer"]:
+        return "The shares of its forces are added by size, an upper bound: compare with a run of more modes"
     # it falls with the fourth power of the first frequency that is left out, and not all modes are of the right kind
     more = int(np.ceil((quality["normal_modes"] + 1) * (share / within) ** 0.5)) + 1
     return f"Reduce again with {more} modes"

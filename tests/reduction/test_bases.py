@@ -279,6 +279,7 @@ def test_bound_follows_units_and_report_tells_it(fe):
     told, scaled = data.quality["transfer"], other.quality["transfer"]
     assert np.allclose(scaled["frequencies"], np.array(told["frequencies"]) / 10.0)
     assert np.allclose(scaled["response"], np.array(told["response"]) * 1e2 / 1e-3)  # s2 / kg
+    assert np.allclose(scaled["matrix"], np.array(told["matrix"]) * 1e2 / 1e-3, atol=0.0)
     assert scaled["relative"] == told["relative"]
     assert "Response to loads up to 100 Hz" in data.report()
     assert "basis Rubin()" in reduction.reduce(fe, ENDS, 2, basis="Rubin").report()
@@ -303,6 +304,10 @@ def test_a_bound_does_not_outlive_the_shapes_and_axes_it_was_made_for(fe):
     assert quarter[:, :3] == pytest.approx(before[:, [1, 0, 2]])
     slanted = np.array(data.rotated((0.0, 0.0, 0.3)).quality["transfer"]["by_input"])
     assert np.all(slanted[:, 0] >= 0.95 * before[:, 0])
+    matrix = np.array(data.quality["transfer"]["matrix"])
+    turned = np.array(data.rotated([[0, -1, 0], [1, 0, 0], [0, 0, 1]]).quality["transfer"]["matrix"])
+    assert turned[:, :, 0, 1] == pytest.approx(-matrix[:, :, 1, 0], abs=1e-9 * np.abs(matrix).max())
+    assert turned[:, :, 1, 2] == pytest.approx(matrix[:, :, 0, 2], abs=1e-9 * np.abs(matrix).max())
     planar = reduction.reduce(fe, ENDS, 2, error_up_to=100.0, compare=0)
     assert "transfer" not in planar.mirrored("yz").quality
 
