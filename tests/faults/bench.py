@@ -144,8 +144,8 @@ SCENES: dict[str, tuple[Callable[[], fmb.Model], fmb.Simulation, float]] = {
 """Models by name, how they are run, and how far a resumed run may be from one in a piece.
 
 An elastic body; rigid contacts in time steps, and compliant ones, both with a block whose value is held between sample
-times; a reduced part under a controller with states, with two events. There errors are not followed: the motion beside,
-which is taken over an event from wherever the block of steps had come, moves the digits behind it (4e-11 m)."""
+times; a reduced part under a controller with states, with two events. There errors are not followed: what is kept of a
+cut run has no factors, with which the motion beside goes on, and reactions differ by 1e-8 of their size."""
 
 ANEW = {"break": 1e-3}
 """How far a run may be that goes on after SIGKILL, relative to the largest value of each column, if that is more: the
