@@ -33,6 +33,8 @@ BASES: dict[str, Callable[..., Any]] = {
 }
 """Bases that a text can name; `Pod` needs snapshots."""
 SAME = {"craigchang": "Rubin", "craigbampton": "CraigBampton", "guyan": "CraigBampton"}
+MOST_MODES = 500
+"""Normal modes from which an accuracy is called out of reach: more cost more memory than the part itself."""
 STEPS = 60
 """How often a basis grows before the accuracy counts as out of reach."""
 
@@ -154,7 +156,7 @@ def _fixed_modes(framed: FramedBody, asked: UpTo, joining: np.ndarray, damping: 
     """Return the fixed-interface shapes with which Craig & Bampton's basis meets an accuracy of the response, and its
     error."""
     body, free, zeta = framed.body, framed.freed(), one_ratio(damping)
-    most, found, modes = len(body.interior), 8, normal_modes(body, 0)
+    most, found, modes = min(len(body.interior), MOST_MODES), 8, normal_modes(body, 0)
 
     def tried(count: int) -> tuple[NormalModes, TransferError]:
         normal = with_residuals(body, NormalModes(modes.vectors[:, :count], modes.w2[:count]), joining)
@@ -166,6 +168,15 @@ def _fixed_modes(framed: FramedBody, asked: UpTo, joining: np.ndarray, damping: 
         low, found = len(modes.w2) + 1, 2 * found
         modes = normal_modes(body, min(found, most), start=modes.vectors)
         best = tried(len(modes.w2))
+    if best[1].relative > asked.accuracy and len(modes.w2) < len(body.interior):
+        raise ReductionError(
+            "Basis CraigBampton",
+            found=f"an error of {100.0 * best[1].relative:.3g} % up to {asked.frequency:g} Hz "
+            f"with {len(modes.w2)} modes",
+            expected=f"at most {100.0 * asked.accuracy:.3g} % of the largest response",
+            remedy=f"Let loads with a large error join by residual_vectors, ask for less, take another basis, or write "
+            f"modes='up to {asked.frequency:g} Hz within {100.0 * asked.accuracy:.3g} % of the frequencies'",
+        )
     high = len(modes.w2)
     while low < high:  # errors mostly fall with every mode: what is found meets the accuracy, fewer might meet it too
         middle = (low + high) // 2

@@ -22,7 +22,7 @@ REFERENCE_DAMPING = 0.01
 """Fraction of critical damping at which responses are compared where a reduction proposes none."""
 BEYOND = 2.0
 """Modes are known up to this many times the band: the others are amplified by less than 1 / (1 - 1/4) = 1.33."""
-MOST_FREEDOMS = 48
+MOST_FREEDOMS = 24
 """Interface freedoms up to which errors are kept with their phases: their number grows with the square."""
 _LINES = 100  # frequencies over a band, besides the resonances
 _DIGITS = 7  # of a kept matrix: shares of forces cancel to a hundredth or so, not to 1e-7

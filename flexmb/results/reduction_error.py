@@ -29,6 +29,8 @@ MARGIN = 1.5
 """What is told over what is estimated with phases: damping and sizes of motion are not quite those of the estimate."""
 HELD = 1e-3
 """Share of the largest reaction from which a joint is taken to hold a freedom of an interface."""
+LINES = 2000
+"""Lines of the spectrum, those of the largest forces, at which reactions change: each takes a system of equations."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,7 @@ def _weighed(
         return None
     inside = frequencies <= limit
     places = [6 * k + f for k, row in enumerate(data.quality["interfaces"]) for f in row["freedoms"]]
-    error = _squares(data, frequencies[inside], forces[inside][:, places], held[places])
+    error = _squares(data, frequencies[inside], forces[inside][:, places], held[places], 0.5 * frequencies[1])
     share = float(np.sqrt(error.sum() / motion))
     highest = float(frequencies[np.searchsorted(np.cumsum(power), MOST * total)])
     beyond = float(power[~inside].sum() / total)
@@ -211,8 +213,10 @@ def _weighed(
     )
 
 
-def _squares(data: Any, frequencies: np.ndarray, forces: np.ndarray, held: np.ndarray) -> np.ndarray:
+def _squares(data: Any, frequencies: np.ndarray, forces: np.ndarray, held: np.ndarray, slowest: float) -> np.ndarray:
     """Return the squares of the error (n,), m2, by amplitudes (n, k) of the forces.
+
+    Below `slowest`, Hz, the body is taken to move as there: its rigid motion has no bound at rest.
 
     With phases, so that forces whose errors cancel do. What joints hold moves no other way with more modes, so that
     reactions change; what hangs on the joints may also give way. The larger of both is told, with a margin.
@@ -227,16 +231,18 @@ def _squares(data: Any, frequencies: np.ndarray, forces: np.ndarray, held: np.nd
     after = np.clip(np.searchsorted(known, frequencies), 1, len(known) - 1)
     shares = (frequencies - known[after - 1]) / (known[after] - known[after - 1])
     response = _elastic_and_rigid(data)
-    soft, stiff = np.zeros(forces.shape, complex), np.zeros(forces.shape, complex)
-    slowest = 0.5 * frequencies[min(1, len(frequencies) - 1)]
-    for n, (hertz, line, share) in enumerate(zip(frequencies, after, shares, strict=True)):
-        error = (1.0 - share) * lines[line - 1] + share * lines[line]
-        soft[n] = stiff[n] = error @ forces[n]
-        if held.any():
-            elastic, rigid = response(max(hertz, slowest))
-            elastic = elastic + error
-            change = np.linalg.lstsq((elastic + rigid)[np.ix_(held, held)], -soft[n, held], rcond=1e-12)[0]
-            stiff[n] = soft[n] + elastic[:, held] @ change
+    soft = np.zeros(forces.shape, complex)
+    for line in np.unique(after):
+        here = after == line
+        one, two = (forces[here] @ lines[k].T for k in (line - 1, line))
+        soft[here] = one + shares[here, None] * (two - one)
+    stiff = soft.copy()
+    largest = np.argsort(-np.sum(np.abs(forces) ** 2, axis=1), kind="stable")[: LINES if held.any() else 0]
+    for n in largest:
+        elastic, rigid = response(max(frequencies[n], slowest))
+        elastic = elastic + (1.0 - shares[n]) * lines[after[n] - 1] + shares[n] * lines[after[n]]
+        change = np.linalg.lstsq((elastic + rigid)[np.ix_(held, held)], -soft[n, held], rcond=1e-12)[0]
+        stiff[n] += elastic[:, held] @ change
     one, two = np.sum(np.abs(soft) ** 2, axis=1), np.sum(np.abs(stiff) ** 2, axis=1)
     return MARGIN**2 * (one if one.sum() > two.sum() else two)
 

@@ -258,6 +258,12 @@ def test_what_is_unsound_is_refused_by_name(fe):
         reduction.Pod(np.ones((3, 2)), energy=1.5)
 
 
+def test_an_accuracy_that_takes_too_many_modes_is_refused(fe, monkeypatch):
+    monkeypatch.setattr("flexmb.reduction.basis_choice.MOST_MODES", 8)
+    with pytest.raises(ReductionError, match=r"with 8 modes.*of the frequencies'"):
+        reduction.reduce(fe, ENDS, "up to 500 Hz within 0.001 %")
+
+
 def test_too_few_shapes_for_the_joints_are_told(fe):
     with pytest.warns(fmb.ValidityWarning, match=r"Reduction of 'planar beam'.*independent ways.*they lock the body"):
         data = reduction.reduce(fe, ENDS, 1, basis=reduction.Balanced(20))

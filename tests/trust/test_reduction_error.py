@@ -98,6 +98,25 @@ def test_forces_of_a_drive_and_of_the_joint_that_answers_it_cancel(arm):
     assert "by size" in told.remedy
 
 
+def test_a_run_too_short_for_a_line_above_zero_hertz_is_judged(arm):
+    """Its only line of the known band is a body at rest, whose rigid motion has no bound there."""
+    few = arm(4)
+    told = few.quality["transfer"]
+    quality = {**few.quality, "transfer": {**told, "frequencies": [0.005 * f for f in told["frequencies"]]}}
+    (error,) = run_errors(hinged(replace(few, quality=quality)))
+    assert error.worst == 0.0
+    assert np.isfinite(error.share)
+    assert "error_up_to" in error.remedy
+
+
+def test_reactions_change_at_the_lines_of_the_largest_forces(arm, monkeypatch):
+    solution = hinged(arm(12))
+    (every,) = run_errors(solution)
+    monkeypatch.setattr("flexmb.results.reduction_error.LINES", 20)
+    (few,) = run_errors(solution)
+    assert few.share == pytest.approx(every.share, rel=0.1)
+
+
 def test_forces_beyond_the_known_band_are_told(fe):
     data = reduction.reduce(fe, ENDS, 6, error_up_to=60.0, damping=0.02)
     (told,) = run_errors(shaken(data, 120.0))
