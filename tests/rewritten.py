@@ -44,4 +44,5 @@ def share(paths: list[Path], number: int, count: int) -> list[Path]:
     """Return this worker's part: as much text as the others have. Those that collect first begin."""
     sizes = [path.stat().st_size for path in paths]
     middles = [sum(sizes[:k]) + size / 2 for k, size in enumerate(sizes)]
-    return [path for path, middle in zip(paths, middles) if int(count * middle / sum(sizes)) == number]
+    total = sum(sizes) or 1  # all of them may be empty
+    return [path for path, middle in zip(paths, middles) if int(count * middle / total) == number]

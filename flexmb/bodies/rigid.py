@@ -26,6 +26,9 @@ from flexmb.model.table import Table
 
 __all__ = ["RigidBody"]
 
+SINGLE = 1e-6
+"""Share of the root of two moments of inertia by which J_xy and J_yx may differ: rounding to 32 bits leaves 1e-7."""
+
 ROW = np.dtype(
     [
         *HEADER,
@@ -198,7 +201,8 @@ class RigidBody(Body):
     mass : float, kg
         Zero, as moments of inertia, for motions that joints hold: a weightless link.
     inertia : (3,) or (3, 3), kg m2
-        Principal values or tensor about the centre of mass, in body axes (J_xy = -int x y dm).
+        Principal values or tensor about the centre of mass, in body axes (J_xy = -int x y dm). Where rounding to
+        32 bits made J_xy and J_yx differ, both become their mean.
     center_of_mass : (3,), m
         In body axes.
     at, rotation : (3,) m; rotation vector, matrix or scipy Rotation
@@ -236,18 +240,7 @@ class RigidBody(Body):
         self.require_positive("mass", zero=True)
         object.__setattr__(self, "center_of_mass", vector3(self.center_of_mass, self.title, "center_of_mass"))
         check_frame(self)
-        try:
-            J = np.asarray(self.inertia, float)
-        except (TypeError, ValueError, OverflowError):
-            J = np.empty(0)
-        J = np.diag(J) if J.shape == (3,) else J
-        if J.shape != (3, 3) or has_flag(self.inertia) or not np.all(np.isfinite(J)) or not symmetric(J, 1e-9):
-            raise ModelError(
-                self.title,
-                found=f"inertia = {self.inertia!r}",
-                expected="three principal values or a symmetric (3, 3) tensor, kg m2, about the centre of mass",
-                remedy="Write inertia=(Jx, Jy, Jz)",
-            )
+        J = _tensor(self.title, self.inertia)
         principal = np.linalg.eigvalsh(J)
         if principal[0] < 0.0 or principal[2] > (principal[0] + principal[1]) * (1.0 + 1e-6) + 1e-300:
             raise ModelError(
@@ -334,6 +327,30 @@ class RigidBody(Body):
         _require_no_mass(name, fields)
         mass = density * 4.0 / 3.0 * np.pi * radius**3
         return cls(name, mass=mass, inertia=(0.4 * mass * radius**2,) * 3, **fields)
+
+
+def _tensor(title: str, inertia: Any) -> np.ndarray:
+    """Return principal values or a tensor as a symmetric tensor (3, 3); ModelError if it is none but for rounding."""
+    try:
+        J = np.asarray(inertia, float)
+    except (TypeError, ValueError, OverflowError):
+        J = np.empty(0)
+    J = np.diag(J) if J.shape == (3,) else J
+    found, remedy = f"inertia = {inertia!r}", "Write inertia=(Jx, Jy, Jz)"
+    if J.shape == (3, 3) and not has_flag(inertia) and np.all(np.isfinite(J)):
+        if symmetric(J, SINGLE):
+            return 0.5 * J + 0.5 * J.T  # the sum first would overflow at 1e308
+        size = np.sqrt(np.abs(np.diagonal(J)))
+        i, j = divmod(int(np.argmax(np.triu(np.abs(J - J.T) - SINGLE * np.outer(size, size), 1))), 3)
+        first, second = "xyz"[i], "xyz"[j]
+        found = f"inertia with J_{first}{second} = {J[i, j]:.10g} and J_{second}{first} = {J[j, i]:.10g} kg m2"
+        remedy = "Write each product of inertia in both of its places, or inertia=(Jx, Jy, Jz)"
+    raise ModelError(
+        title,
+        found=found,
+        expected="three principal values or a symmetric (3, 3) tensor, kg m2, about the centre of mass",
+        remedy=remedy,
+    )
 
 
 def _require_no_mass(name: str, fields: Mapping[str, Any]) -> None:

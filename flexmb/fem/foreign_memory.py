@@ -30,15 +30,18 @@ def memory_for(path: Path, per_byte: int = PER_BYTE) -> Iterator[None]:
 
 
 def no_more_than(size: int) -> None:
-    """Let the block that is open take only so many more bytes from now on; nothing happens if several are open, since
-    the others may read more.
+    """Let the block that is open take only so many more bytes from now on.
+
+    Nothing happens if several are open, or if this thread is not alone: the others may read, or compute, more.
     """
     if (taken := _taken()) is None:
         return
     import resource
 
     with _LOCK:
-        if len(_NESTED) == 1:
+        # The system limits the process: what fits this file would fail the work of other threads that know nothing of
+        # it. Beside them, the wider limit of the block remains.
+        if len(_NESTED) == 1 and threading.active_count() == 1:
             now, hard = resource.getrlimit(resource.RLIMIT_AS)
             resource.setrlimit(resource.RLIMIT_AS, (min(now, taken + size), hard))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 import stat
 import zipfile
@@ -20,8 +21,11 @@ FEW, PER_BYTE = 1_000_000_000, 100
 """bytes, of all files unpacked from an archive of any size, and for each byte of it: text packs ten to one."""
 LONGEST = 64_000_000
 """bytes, of the description, as of a model file."""
-ENCODINGS = re.compile(rb"utf-8|us-ascii|iso-8859-\d+|windows-125\d", re.IGNORECASE)
-"""FMI asks for UTF-8; in these the letters of ASCII are what they look like, so that no definition hides."""
+ENCODINGS = re.compile(r"utf-8|ascii|iso8859-\d+|cp125\d")
+"""FMI asks for UTF-8; in these, as Python calls them, the letters of ASCII are what they look like, so that no
+definition hides."""
+ENCODING = re.compile(rb"[A-Za-z][A-Za-z0-9._-]{0,39}")
+"""How a declaration may call them."""
 
 
 def require_archive(path: Path, title: str) -> None:
@@ -72,8 +76,17 @@ def _hidden(text: bytes) -> str:
     declared = re.match(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([^\"']*)", text)
     if b"\0" in text or text[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return f"{DESCRIPTION} is not written in UTF-8"
-    if declared is not None and not ENCODINGS.fullmatch(declared[1]):
+    if declared is not None and not _extends_ascii(declared[1]):
         return f"{DESCRIPTION} is written in {declared[1][:40].decode('ascii', 'replace')}, not in UTF-8"
     if text[:1] != b"<":
         return f"{DESCRIPTION} is no text of XML"
     return f"{DESCRIPTION} defines entities" if b"<!DOCTYPE" in text or b"<!ENTITY" in text else ""
+
+
+def _extends_ascii(encoding: bytes) -> bool:
+    """Whether a declared encoding, by any of its names (UTF8, latin-1), is one in which ASCII is itself."""
+    try:
+        known = codecs.lookup(encoding.decode("ascii")).name if ENCODING.fullmatch(encoding) else ""
+    except LookupError:
+        return False
+    return ENCODINGS.fullmatch(known) is not None

@@ -19,6 +19,12 @@ def test_shares_are_equal_and_hold_each_file_once(count):
     assert max(sizes) - min(sizes) <= 2 * max(path.stat().st_size for path in paths)
 
 
+def test_files_without_text(tmp_path):
+    (tmp_path / "test_one.py").write_text("")
+    assert [share([tmp_path / "test_one.py"], k, 2) for k in (0, 1)] == [[tmp_path / "test_one.py"], []]
+    assert share([], 0, 2) == []
+
+
 def test_what_a_worker_keeps_is_read(request, monkeypatch, tmp_path):
     path = tmp_path / "test_one.py"
     path.write_text("def test():\n    assert 1 + 1 == 2\n")

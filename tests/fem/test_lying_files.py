@@ -6,6 +6,7 @@ import json
 import resource
 import struct
 import sys
+import threading
 import zipfile
 import zlib
 from pathlib import Path
@@ -18,7 +19,7 @@ import flexmb as fmb
 from flexmb import fem, fmi
 from flexmb.errors import FlexmbError
 from flexmb.fem.announced import require_counts
-from flexmb.fem.foreign_memory import memory_for
+from flexmb.fem.foreign_memory import memory_for, no_more_than
 from flexmb.fem.surface_file import read_triangles
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of Linux")
@@ -257,13 +258,14 @@ def test_a_unit_whose_directory_lies(tmp_path):
 
 
 @pytest.mark.parametrize("read", [fem.read_mesh, read_triangles])
-def test_headers_of_less_than_the_blocks_unpack_to(tmp_path, read):
+def test_headers_of_less_than_the_blocks_unpack_to(tmp_path, monkeypatch, read):
     """8 MB whose header speaks of 96 bytes unpack to 8 GB: 0.4 GB, and not 1.7 GB, are unpacked until it is refused."""
     press = zlib.compressobj(9, wbits=-15)
     block = b"\x78\xda" + 512 * (press.compress(bytes(1 << 24)) + press.flush(zlib.Z_FULL_FLUSH)) + press.flush()
     head, body = coded(1, 96, 0, len(block)), base64.b64encode(block).decode()
     text = VTU.format('compressor="vtkZLibDataCompressor"', f'format="binary">{head}{body}', "")
     (tmp_path / "lying.vtu").write_text(text)
+    monkeypatch.setattr(threading, "active_count", lambda: 1)  # whatever other tests left
     Path("/proc/self/clear_refs").write_text("5")  # the largest size so far is the present one
     before = resident()
     with pytest.raises(FlexmbError, match="asks for more memory"):
@@ -304,3 +306,19 @@ def test_the_limit_is_taken_back(tmp_path):
         with pytest.raises(MemoryError):
             np.ones(1 << 28)
     assert resource.getrlimit(resource.RLIMIT_AS) == before
+
+
+def test_other_threads_are_not_held_to_what_one_file_announces(tmp_path, monkeypatch):
+    (tmp_path / "a").write_bytes(b"")
+    done = threading.Event()
+    other = threading.Thread(target=done.wait, daemon=True)
+    with memory_for(tmp_path / "a"):
+        wide = resource.getrlimit(resource.RLIMIT_AS)
+        other.start()
+        no_more_than(200_000_000)
+        assert resource.getrlimit(resource.RLIMIT_AS) == wide
+        done.set()
+        other.join()
+        monkeypatch.setattr(threading, "active_count", lambda: 1)
+        no_more_than(200_000_000)
+        assert resource.getrlimit(resource.RLIMIT_AS)[0] < wide[0]

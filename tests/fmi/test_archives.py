@@ -48,6 +48,30 @@ def test_no_archive(tmp_path):
         fmb.fmi.cosimulate(MODEL, fmb.fmi.Fmu(tmp_path / "unit.fmu"), 0.01, step=0.01)
 
 
+def described(tmp_path, encoding):
+    """Return a unit whose description declares an encoding."""
+    with zipfile.ZipFile(tmp_path / "unit.fmu", "w") as made:
+        made.writestr(ABOUT, f'<?xml version="1.0" encoding="{encoding}"?><a/>')
+    return tmp_path / "unit.fmu"
+
+
+@pytest.mark.parametrize(
+    "encoding",
+    ["UTF-8", "utf8", "UTF8", "ASCII", "US-ASCII", "latin-1", "ISO-8859-1", "iso8859-15", "ISO_8859-2", "windows-1252"],
+)
+def test_extensions_of_ascii_by_any_name(tmp_path, encoding):
+    archive.require_archive(described(tmp_path, encoding), "Fmu")
+
+
+@pytest.mark.parametrize(
+    "encoding",
+    ["UTF-7", "UTF-16", "utf_8_sig", "cp500", "EBCDIC-CP-US", "rot13", "hex", "", "no such", "../utf_8", 99 * "u"],
+)
+def test_other_encodings(tmp_path, encoding):
+    with pytest.raises(fmb.DataFileError, match=f"is written in {encoding[:40]}, not in UTF-8"):
+        archive.require_archive(described(tmp_path, encoding), "Fmu")
+
+
 TEN = "".join(f'<!ENTITY e{k + 1} "{10 * f"&e{k};"}">' for k in range(9))
 BOMB = f'<!DOCTYPE a [<!ENTITY e0 "0123456789">{TEN}]><fmiModelDescription>&e9;</fmiModelDescription>'.encode()
 
