@@ -118,7 +118,8 @@ def _add_basis(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--modes",
         default="usual",
-        help='number of normal modes (default 12), or "up to 200 Hz within 1 %%", or "... within 1 %% of the response"',
+        help='number of normal modes (default 12), or "up to 200 Hz within 1 %%" (of the response), or "up to 200 Hz '
+        'within 1 %% of the frequencies" (CraigBampton only)',
     )
     parser.add_argument(
         "--basis",
