@@ -6,6 +6,7 @@ by Kane & Levinson (Dynamics, 1985).
 """
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -38,11 +39,14 @@ def rod(slip, law):
     )
 
 
-def strike(slip, law):
+def strike(slip, law, *loads):
     """Return the energy before and after, J, and the words about impacts."""
+    model = rod(slip, law)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        run = fmb.simulate(rod(slip, law), 0.02, samples=21, integrator=fmb.MoreauJean(step=1e-4))
+        run = fmb.simulate(
+            replace(model, forces=[*model.forces, *loads]), 0.02, samples=21, integrator=fmb.MoreauJean(step=1e-4)
+        )
     kinetic = run["energy"]
     return kinetic[0], kinetic[-1], [str(one.message) for one in caught if "impacts with friction" in str(one.message)]
 
@@ -70,3 +74,10 @@ def test_other_impacts_make_none(slip, law):
     before, after, words = strike(slip, law)
     assert after <= before * (1.0 + 1e-9)
     assert not words
+
+
+def test_energy_made_before_a_load_jumps_is_told_too():
+    load = fmb.PointLoad("late", marker="rod.center", force=(fmb.step(1e-6, at=0.015), 0.0, 0.0))
+    _, _, words = strike(0.2, fmb.Rigid(restitution=1.0, friction=0.6), load)
+    assert len(words) == 1
+    assert "have made 0.0625 J" in words[0]

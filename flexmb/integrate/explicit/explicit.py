@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import types
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -71,11 +73,24 @@ class _Run:
         self.switching = new_switching(self.system, state, self.work, PassedOver(floor=floor))
         self.solver = self._solver(state.t, np.concatenate([x, v, np.zeros(3)]))
 
-    def _solver(self, t: float, y: np.ndarray, first: float | None = None):
+    def __deepcopy__(self, memo: dict) -> _Run:
+        """Return a run that goes on by itself: SciPy's solvers hold functions, which a copy would share."""
+        run = object.__new__(_Run)
+        memo[id(self)] = run
+        vars(run).update({name: copy.deepcopy(x, memo) for name, x in vars(self).items() if name != "solver"})
+        called: list[Any] = [lambda t, y: np.zeros(len(y))]  # nothing is evaluated while the solver is made
+        run.solver = run._solver(self.solver.t, self.solver.y, None, lambda t, y: called[0](t, y))
+        for name, value in vars(self.solver).items():
+            if not isinstance(value, types.FunctionType | types.MethodType):
+                setattr(run.solver, name, copy.deepcopy(value, memo))
+        called[0] = run.rates
+        return run
+
+    def _solver(self, t: float, y: np.ndarray, first: float | None = None, rates: Any = None):
         """Return the solver at a state, with a first step or one of its own choice."""
         with np.errstate(over="ignore", invalid="ignore"):
             solver = self.method(
-                self.rates,
+                rates or self.rates,
                 t,
                 y,
                 self.t_end,

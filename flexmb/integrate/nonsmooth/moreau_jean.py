@@ -77,6 +77,12 @@ class MoreauJean(metaclass=Described):
         return True
 
     @staticmethod
+    def goes_on_telling(before: Stepper, variables: Stepper) -> None:
+        """Take over what is told of a phase, where the method begins anew within it."""
+        variables.made_by_impacts += before.made_by_impacts
+        variables.lateness.table[...] = before.lateness.table
+
+    @staticmethod
     def notes_of_reactions(system, variables: Stepper) -> list[str]:
         """Return the note about a reaction that steps tell late, if there is one."""
         return variables.lateness.notes(system, variables.present())

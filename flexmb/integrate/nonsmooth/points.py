@@ -190,6 +190,10 @@ class Touching:
         self.groups = [self._group(model, f, number) for _, f in self.forces]
         self.points = np.zeros(64, POINT)
 
+    def __deepcopy__(self, memo: dict) -> Touching:
+        """Return itself: surfaces, which may be large, and scratch; nothing in it goes on from step to step."""
+        return self
+
     def _group(self, model, force, number):
         groups = (pieces_of(model, group, force.title) for group in force.groups)
         first, second = (np.array([number[s.name] for s in group], np.int64) for group in groups)

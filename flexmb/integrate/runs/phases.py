@@ -224,7 +224,8 @@ class Phases:
                     event, after = found
                     if isinstance(event, Switching):
                         works, last_row = self._switched(event, after, system, work, times)
-                        first = int(np.searchsorted(marks, self.t, side="right"))
+                        reached = int(np.searchsorted(marks, self.t, side="right"))
+                        first, block = reached, max(1, min(block, 2 * (reached - first)))  # switches come in rows
                         continue
                     self.recorder.add(after)
                     return event, after, watch
@@ -381,7 +382,10 @@ class Phases:
         q, left = before["q"][-1], float(before["t"][-1])
         u = self._over_jump(system, work, q, before["u"][-1], t, left)
         state = consistent_start(system, system.state(t, q, u), work)
+        last = self.variables
         self._start(system, state, work)
+        if hasattr(self.integrator, "goes_on_telling"):
+            self.integrator.goes_on_telling(last, self.variables)
         self.outlook.new_phase()
         return before["works"][-1], before
 
