@@ -107,7 +107,9 @@ def test_parts_are_called_with_the_types_they_are_declared_with():
         called |= _callees(entry.overloads[entry.entry].library)
     found = {part: {one.arguments for one in called if _is_of(one, part)} for part in integrator.parts}
     reached = [part for part, types in found.items() if types]
-    assert len(reached) >= len(integrator.parts) - 2  # of the energies and of signals: from Python, and by address
+    others = {part.py_func.__name__ for part in integrator.parts if part not in reached}
+    # energies, signals and the start call theirs from Python or by address; the solution is inlined where steps need it
+    assert others <= {"energies_of_samples", "sample_signals", "lu_solve"}
     for part in reached:
         assert found[part] == {part.entry}, part
 
