@@ -24,6 +24,7 @@ from flexmb.io.moving_loads import moving_forces
 from flexmb.io.notes import tell_note
 from flexmb.io.part_tables import body_data
 from flexmb.io.simulation_settings import Simulation
+from flexmb.io.simulation_table import simulation_of
 from flexmb.io.toml_text import parse_toml
 from flexmb.model.assembly import joined, placed
 from flexmb.model.foreign import Foreign
@@ -89,10 +90,10 @@ class OpenModelFile:
     def simulation(self, parameters: Mapping[str, Any] | None = None, **own: float | None) -> Simulation:
         """Return the settings of the table ``[simulation]``; see `load_simulation`."""
         if _computed(self.tables.get("simulation", {})):
-            return _simulation(self.tables, self.path, parameters or {}, own)
+            return simulation_of(self.tables, self.path, parameters or {}, own)
         known = tuple(sorted(own.items()))
         if known not in self._settings:  # the same for all values of the parameters, whose names the model checks
-            self._settings[known] = _simulation(self.tables, self.path, parameters or {}, own)
+            self._settings[known] = simulation_of(self.tables, self.path, parameters or {}, own)
         return self._settings[known]
 
 
@@ -119,45 +120,7 @@ def load_simulation(
     missing.
     """
     own = {"t_end": t_end, "samples": samples, "time_limit": time_limit}
-    return _simulation(read_tables(Path(path)), Path(path), parameters or {}, own)
-
-
-def _simulation(tables: dict[str, Any], path: Path, parameters, own: Mapping[str, Any]) -> Simulation:
-    where = f"{path.name}, [simulation]"
-    own = {name: value for name, value in own.items() if value is not None}
-    raw = tables.get("simulation", {})
-    if not isinstance(raw, dict) or not (raw or "t_end" in own):
-        raise ModelError(
-            where,
-            found="the table is missing",
-            expected="the table [simulation] with t_end",
-            remedy="Add [simulation] and t_end = 1.0, or give the end time otherwise",
-        )
-    integrators = kind_lists.integrators()
-    context = Context(path, resolve(tables, parameters, path.name), {**kind_lists.values(), **integrators})
-    values = {
-        name: entry if name == "integrator" else context.value(entry, f"{where}, {name}") for name, entry in raw.items()
-    }
-    if "integrator" in values:
-        values["integrator"] = _integrator(values["integrator"], context, integrators, f"{where}, integrator")
-    return call(Simulation, {**values, **own}, where)
-
-
-def _integrator(raw: Any, context: Context, integrators: Mapping[str, type], where: str) -> Any:
-    """Return the integrator that is named, or described by a table with ``kind``."""
-    given = dict(raw) if isinstance(raw, dict) else {"kind": raw}
-    if not isinstance(given.get("kind"), str):
-        word = next(iter(given), "") if "kind" not in given else ""
-        raise ModelError(
-            where,
-            found="the field 'kind' is missing" if "kind" not in given else repr(raw),
-            expected=f"One of: {', '.join(integrators)}, as a text or in a table with its settings",
-            remedy=did_you_mean(word, integrators)
-            if word not in integrators and did_you_mean(word, integrators)
-            else f'Write integrator = {{ kind = "{word if word in integrators else "GeneralizedAlpha"}", ... }}',
-        )
-    make = find_kind(given.pop("kind"), integrators, where)
-    return call(make, {name: context.value(entry, f"{where}.{name}") for name, entry in given.items()}, where)
+    return simulation_of(read_tables(Path(path)), Path(path), parameters or {}, own)
 
 
 def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Model:

@@ -91,11 +91,17 @@ def told_of(integrator: Any, system: Any, variables: Any) -> AddedError | None:
     return None if estimate is None or not system.nu else estimate(system, variables)
 
 
-def started_again(integrator: Any, before: Any, start: Sequence[Any]) -> Any:
-    """Return the variables of an integrator that starts, at (system, state, work, t_end), where it has been at work."""
+def started_again(integrator: Any, before: Any, start: Sequence[Any], within: bool = False) -> Any:
+    """Return the variables of an integrator that starts, at (system, state, work, t_end), where it has been at work.
+
+    `within` a phase, what is told at its end goes on too.
+    """
     variables = integrator.start(*start)
-    take_over = getattr(integrator, "taken_over", None)
-    return variables if take_over is None or before is None else take_over(start[0], before, variables)
+    if before is None:
+        return variables
+    if within and hasattr(integrator, "goes_on_telling"):
+        integrator.goes_on_telling(before, variables)
+    return integrator.taken_over(start[0], before, variables) if hasattr(integrator, "taken_over") else variables
 
 
 def tell_of(integrator: Any, system: Any, variables: Any, statistics: dict[str, Any], validity: Any) -> None:

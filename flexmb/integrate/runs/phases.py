@@ -28,9 +28,9 @@ from flexmb.integrate.runs.outgrown import unstable_at_end, unstable_in_steps
 from flexmb.integrate.runs.outlook import Outlook
 from flexmb.integrate.runs.phase_times import PhaseTimes, times_of_phase
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
-from flexmb.integrate.runs.reasons import divided_steps, failed_with, missed_times
+from flexmb.integrate.runs.reasons import LASTING, divided_steps, failed_with, missed_times
 from flexmb.integrate.runs.record import Recorder, joined_rows
-from flexmb.integrate.runs.unknown_value import unknown_on_the_way, unknown_value
+from flexmb.integrate.runs.unknown_value import what_is_unknown
 from flexmb.integrate.runs.validity import Validity
 from flexmb.integrate.runs.watch import LOOKS, Watch, carried, next_phase
 from flexmb.math.tables import State
@@ -48,10 +48,6 @@ OFTEN = 20
 """How often a repeating event may happen in the time between two looks at its sensor."""
 ENDLESS = 1e-9
 """Share of the time of the run in which a relay may not change as often."""
-LASTING = (
-    "Bodies that stay in contact after bouncing need a force of contact: use Contact or OneSidedSpring; or end "
-    "the run by an event with Stop"
-)
 CHUNK = 0.2
 """Seconds between looks at progress, interruption and the file, where samples come in time."""
 PATIENCE = 0.3
@@ -306,7 +302,7 @@ class Phases:
     def _failed(self, model, system, start, work, known, outcome):
         """Return how a run ends that its integrator gives up; `known` is the last row there is, or None."""
         gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
-        unknown = self._unknown(system, start, known, outcome.reached, gone)
+        unknown = what_is_unknown(system, start, known, outcome.reached, gone, self.t, self.times)
         gone = gone or unstable_at_end(system, work, start, known, outcome.reached)
         ending = None if unknown or gone else self.kept.gradients.ending(outcome)
         return ending or failed_with(model, outcome, unknown, gone)
@@ -319,13 +315,6 @@ class Phases:
     def _first_block(self, marks: np.ndarray) -> int:
         """Return how many samples are asked for first; what gradients do is looked at block by block."""
         return len(marks) if self.whole and self.kept.gradients is not None and not self.kept.gradients.numbers else 1
-
-    def _unknown(self, system, start, known, reached: float, gone) -> str | None:
-        """Return the sentence about what has no finite value, after the last sample that is known, if there is one."""
-        q, u, a = (start.q, start.u, start.a) if known is None else (known[name][-1] for name in "qua")
-        begin = self.t if known is None else float(known["t"][-1])
-        unknown = unknown_value(system, q, u, begin, float(next((t for t in self.times if t > begin), self.times[-1])))
-        return unknown or (None if gone else unknown_on_the_way(system, begin, q, u, a, reached))
 
     def _tell(self, system) -> None:
         """Count what the integrator did in a phase, and give the warnings about it."""
@@ -382,10 +371,7 @@ class Phases:
         q, left = before["q"][-1], float(before["t"][-1])
         u = self._over_jump(system, work, q, before["u"][-1], t, left)
         state = consistent_start(system, system.state(t, q, u), work)
-        last = self.variables
-        self._start(system, state, work)
-        if hasattr(self.integrator, "goes_on_telling"):
-            self.integrator.goes_on_telling(last, self.variables)
+        self._start(system, state, work, within=True)
         self.outlook.new_phase()
         return before["works"][-1], before
 
@@ -397,9 +383,10 @@ class Phases:
             self.kept.energy.jumped = True
         return u
 
-    def _start(self, system, state, work) -> None:
-        """Start the integrator; errors until then stay known."""
-        self.variables = started_again(self.integrator, self.variables, (system, state, work, float(self.times[-1])))
+    def _start(self, system, state, work, within: bool = False) -> None:
+        """Start the integrator, perhaps within a phase; errors until then stay known."""
+        start = system, state, work, float(self.times[-1])
+        self.variables = started_again(self.integrator, self.variables, start, within)
 
     def _count(self, system) -> None:
         """Add the numbers of the integrator's run to the totals."""

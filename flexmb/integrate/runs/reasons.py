@@ -10,7 +10,13 @@ from flexmb.integrate.runs.unknown_value import REMEDY as REMEDY_OF_VALUES
 from flexmb.model.model import Model
 from flexmb.results import Status
 
-__all__ = ["divided_steps", "failed_with", "missed_times", "require_end"]
+__all__ = ["LASTING", "divided_steps", "failed_with", "missed_times", "require_end"]
+
+LASTING = (
+    "Bodies that stay in contact after bouncing need a force of contact: use Contact or OneSidedSpring; or end "
+    "the run by an event with Stop"
+)
+"""Remedy for impacts that come closer and closer."""
 
 
 def missed_times(system, times: np.ndarray) -> list[str]:

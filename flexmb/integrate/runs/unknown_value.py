@@ -10,12 +10,20 @@ from flexmb.math.weights import no_matrix
 from flexmb.system.observe import observe
 from flexmb.system.program import advance, constraint_acceleration, constraint_velocity, evaluate
 
-__all__ = ["REMEDY", "unknown_on_the_way", "unknown_value"]
+__all__ = ["REMEDY", "unknown_on_the_way", "unknown_value", "what_is_unknown"]
 
 REMEDY = "Correct its signals, its function or its table, so that it is a number until the end"
 LOOKS, HALVINGS = 64, 50
 FARTHER = 1.5
 """Of the time from the last sample to where a run failed: how far its motion is followed at constant acceleration."""
+
+
+def what_is_unknown(system, start, known, reached: float, gone, now: float, times) -> str | None:
+    """Return the sentence about what has no finite value, after the last sample that is known, if there is one."""
+    q, u, a = (start.q, start.u, start.a) if known is None else (known[name][-1] for name in "qua")
+    begin = now if known is None else float(known["t"][-1])
+    unknown = unknown_value(system, q, u, begin, float(next((t for t in times if t > begin), times[-1])))
+    return unknown or (None if gone else unknown_on_the_way(system, begin, q, u, a, reached))
 
 
 def unknown_value(system, q: np.ndarray, u: np.ndarray, begin: float, end: float) -> str | None:
