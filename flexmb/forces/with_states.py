@@ -18,7 +18,9 @@ def state_pairs(compiler, x: dict[str, Any], states: int) -> tuple[int, int]:
 def add_state_tangent(pairs, work, g, k, force_by_state, rate_by_x, rate_by_speed, rate_by_state):
     """Add what couples state k < 6 with a coordinate of gradient g (12,), eq. (state-residual).
 
-    The arguments are dF/dz, and the derivatives of z' by the coordinate, its rate and z itself.
+    The arguments are dF/dz, and the derivatives of z' by the coordinate, its rate and z itself, without a minus. A
+    state is a velocity, so columns of states stand in D. The derivatives of F by the coordinate and its rate go to
+    `add_tangent`.
     """
     for side in range(2):
         pair = work.pairs[pairs[side]]

@@ -1,6 +1,7 @@
 """How joints and springs look: small solids in the axes of the first marker, z along the joint's axis.
 
-What a joint permits decides what is drawn, so that a new joint needs no entry here.
+What a joint permits decides what is drawn, so that a new joint needs no entry here. A set of freedoms that `SOLIDS`
+does not name is a ball.
 """
 
 from __future__ import annotations

@@ -56,5 +56,5 @@ class Screw(Joint):
         return (Turn("z"), Slide("z"))
 
     def equations(self):
-        """Return the equations of a cylindrical joint, and the ratio of slide and turn."""
+        """Return the equations of a cylindrical joint, and the ratio of slide and turn (derivatives: `coupled.py`)."""
         return (*self.forbids, Coupled(Coordinate("slide", "z"), Coordinate("turn", "x"), self.pitch / (2.0 * np.pi)))

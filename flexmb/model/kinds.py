@@ -333,6 +333,7 @@ class Sensor(Part):
 
     family: ClassVar[str] = "Sensor"
     reads_reactions: ClassVar[bool] = False
+    """Do its values come from the multipliers of its `joint`? Then reading them warns where joints share a load."""
     absent: ClassVar[float] = math.nan
     """Value in phases whose model has lost the part that is read: a joint that is gone carries no load."""
     titles: ClassVar[tuple[str, ...]] = ("",)

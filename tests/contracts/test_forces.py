@@ -60,4 +60,4 @@ def test_the_sampled_states_feel_something(kind, rng):
         np.abs(wrenches(kind, pair, rng)[0]).max() + np.abs(wrenches(kind, pair, rng)[1]).max() for pair in PAIRS
     )
     if kind != "JointFriction":  # lives on the reactions, which are zero here
-        assert largest > 1e-3
+        assert largest > 1e-3, f"{kind} is zero as described: give it a length or a preload in FORCE_FIELDS"

@@ -1,5 +1,5 @@
 """The compiled step of the Lie-group generalized-alpha method, index 3 (Arnold & Brüls 2007; Brüls, Cardona & Arnold
-2012): prediction, Newton iteration, error estimate. Theory: integrators.
+2012): prediction, Newton iteration, error estimate, size of the next step by eq. (alpha-step). Theory: integrators.
 
 Scaling: the equations of motion are multiplied by c = h^2 beta (1 - alpha_f) / (1 - alpha_m) and the multipliers are
 solved for as c lam. The iteration matrix then is [M + (c gamma / (beta h)) D + c K, -G^T; G, 0], whose condition does

@@ -1,5 +1,5 @@
 """What belongs to the size of a step: algorithmic acceleration and rate of the constraints, and samples, which are
-steps of size zero. Theory: integrators.
+steps of size zero. The size itself is chosen in `newmark.run_steps`. Theory: integrators.
 """
 
 from __future__ import annotations
