@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import signal
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from integrate.test_outgrown import ALONG_X, MASS, X, cart, fed_back
 from scipy import linalg, sparse
 
 import flexmb as fmb
+from flexmb.integrate.runs import growth_of_many, interruption, outgrown
 from flexmb.integrate.runs.growth_of_many import fastest_of_many
 
 BARS = 60
@@ -104,3 +108,33 @@ def test_feedback_of_the_right_sign_in_a_large_model_runs():
     solution = fmb.simulate(among_many(fed_back(-1e9, -1e5)), t_end=0.05, samples=6)
     assert solution.status.ok
     assert solution["x"][-1] == pytest.approx(1e-9, rel=1e-3)
+
+
+@pytest.mark.parametrize("how", ["Ctrl-C", "limit"])
+@pytest.mark.filterwarnings("ignore::flexmb.errors.ValidityWarning")
+def test_the_look_at_the_end_can_be_cut_short(how, monkeypatch):
+    """It may take minutes; all samples are there before it begins."""
+    now, solved = [0.0], []
+    monkeypatch.setattr(interruption, "time", SimpleNamespace(monotonic=lambda: now[0]))
+
+    def struck(*given):
+        if how == "Ctrl-C":
+            signal.raise_signal(signal.SIGINT)
+        else:
+            now[0] = 1e6
+        return tangent_at(*given)
+
+    def counted(self, *given, **how):
+        solved.append(1)
+        return solve(self, *given, **how)
+
+    tangent_at, solve = outgrown.tangent_at, growth_of_many._Bordered.solve
+    monkeypatch.setattr(outgrown, "tangent_at", struck)
+    monkeypatch.setattr(growth_of_many._Bordered, "solve", counted)
+    solution = fmb.simulate(
+        among_many(fed_back(0.0, 1e9)), t_end=0.05, samples=6, integrator=fmb.Implicit(), time_limit=1e3
+    )
+    assert solution.status.kind == "finished"
+    assert len(solution.t) == 6
+    assert len(solved) <= 2
+    assert any("cut short by Ctrl-C" in note for note in solution.statistics["notes"])

@@ -9,6 +9,7 @@ grows within some steps of Arnoldi's method; what neither grows nor decays stays
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +41,9 @@ class Growth(NamedTuple):
     """(n,) left one"""
 
 
-def fastest_of_many(M, D, K, G, least: float, near: float | None = None) -> Growth | None:
+def fastest_of_many(
+    M, D, K, G, least: float, near: float | None = None, look: Callable[[], None] = lambda: None
+) -> Growth | None:
     """Return the motion that grows fastest, by at least the rate `least`, 1/s; None if none is found.
 
     Parameters
@@ -51,15 +54,17 @@ def fastest_of_many(M, D, K, G, least: float, near: float | None = None) -> Grow
         Gradient of the constraints.
     near : float, 1/s
         A rate about which alone is looked.
+    look : callable
+        Called before every factorisation and every product: what it raises ends the search.
     """
     sizes = [float(abs(part).sum(1).max()) for part in (D, K)]
     most = APART * max(least, sizes[0], np.sqrt(sizes[1]))
     found = None
     places = np.geomspace(least, most, 1 + int(np.ceil(np.log(most / least) / np.log(APART))))
     for mu in places if near is None else (1.3 * near,):  # where it is, the equations are singular
-        for value, shape in _grown(M, D, K, G, float(mu)):
+        for value, shape in _grown(M, D, K, G, float(mu), look):
             known = max(least, 0.0 if found is None else 1.01 * found.value.real)
-            refined = _refined(M, D, K, G, value, shape) if value.real > known else None
+            refined = _refined(M, D, K, G, value, shape, look) if value.real > known else None
             if refined is not None and refined.value.real > known:
                 found = refined
     return found
@@ -87,15 +92,17 @@ def _at(M, D, K, s):
     return (s * s * M + s * D + K).tocsc()
 
 
-def _grown(M, D, K, G, mu: float) -> list[tuple[complex, np.ndarray]]:
+def _grown(M, D, K, G, mu: float, look) -> list[tuple[complex, np.ndarray]]:
     """Return eigenvalues and place parts of what seems to grow by about `mu`, rounding across constraints among it."""
     n = M.shape[0]
+    look()
     try:
         bordered = _Bordered(_at(M, D, K, mu), G)
     except RuntimeError:  # singular
         return []
 
     def product(z):
+        look()
         p, q = z[:n], z[n:]
         x = -bordered.solve(M @ (q + mu * p) + D @ p)
         return np.concatenate([p + 2.0 * mu * x, q + 2.0 * mu * (p + mu * x)])
@@ -116,11 +123,12 @@ def _grown(M, D, K, G, mu: float) -> list[tuple[complex, np.ndarray]]:
     return [(complex(mu * (values[k] + 1.0) / (values[k] - 1.0)), vectors[:n, k]) for k in grows]
 
 
-def _refined(M, D, K, G, value: complex, shape: np.ndarray) -> Growth | None:
+def _refined(M, D, K, G, value: complex, shape: np.ndarray, look) -> Growth | None:
     """Return a motion by Newton's method for (s^2 M + s D + K) x = 0, v^H x = 1."""
     s, x = complex(value), shape.astype(complex) / np.linalg.norm(shape)
     left = None
     for _ in range(REFINED):
+        look()
         try:
             bordered = _Bordered(_at(M, D, K, s).astype(complex), G)
         except RuntimeError:  # s is an eigenvalue to the last digit

@@ -8,6 +8,9 @@ terms are small. So the growth is read from the equations themselves, where a ru
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from scipy import linalg, sparse
 
@@ -16,7 +19,7 @@ from flexmb.integrate.runs.growth_of_many import Growth, fastest_of_many, within
 from flexmb.integrate.runs.runaway import REMEDY, that_follow
 from flexmb.results import Status
 
-__all__ = ["unstable_at_end", "unstable_in_steps"]
+__all__ = ["looked_at", "unstable_at_end", "unstable_in_steps"]
 
 DENSE = 300
 """Velocities of a model up to which all eigenvalues are looked at."""
@@ -34,9 +37,26 @@ LOOKS = 9
 """Samples of a phase at which the growth must be there: a controller may be off at the begin and at the end."""
 UNDRIVEN = 1e-9
 """Part of the accelerations, with those by reactions and gravity, along a growing motion that is rounding."""
+CUT_SHORT = (
+    "the look for motions that grow, and that steps pass over, was cut short by Ctrl-C or the limit of time: it is not "
+    "known if there are any"
+)
 
 
-def unstable_in_steps(system, work, start, rows, end: float, steps: int) -> tuple[Status | None, list[str]]:
+def looked_at(interruption: Any, validity: Any, look_for: Callable[..., Any], *given: Any) -> Any:
+    """Return what one of the looks below finds; None if the user or the limit of time ends it: it costs eigenvalue
+    problems, and the samples are complete without it.
+    """
+    try:
+        return look_for(*given, look=interruption.look_now)
+    except KeyboardInterrupt:
+        validity.note([CUT_SHORT])
+        return None
+
+
+def unstable_in_steps(
+    system, work, start, rows, end: float, steps: int, look: Callable[[], None] = lambda: None
+) -> tuple[Status | None, list[str]]:
     """Return a failure if the steps of a phase have passed over a growth that is there from its begin to its end; or a
     warning if nothing has set that motion going, so that standing still is what the equations say.
 
@@ -49,6 +69,8 @@ def unstable_in_steps(system, work, start, rows, end: float, steps: int) -> tupl
     end : float, s
     steps : int
         Taken in the phase: what an earlier one was long enough for says nothing about this one.
+    look : callable
+        Called on the way: what it raises ends the look.
     """
     span = end - start.t
     if not rows or not steps or not span > 0.0 or not that_follow(system):
@@ -56,11 +78,12 @@ def unstable_in_steps(system, work, start, rows, end: float, steps: int) -> tupl
     known = [(block, k) for block in rows for k in range(len(block["t"])) if block["t"][k] > start.t]
     known = [known[i] for i in np.unique(np.linspace(len(known) - 1, 0, LOOKS).astype(int))[::-1]] if known else []
     least = max(GROWN, PASSED_OVER * steps)
-    rate, freedom, driven = _fastest(system, start, work, least / span)
+    rate, freedom, driven = _fastest(system, start, work, least / span, look)
     for block, k in known:
         if not rate * span > least:
             break
-        rate, freedom = min((rate, freedom), _fastest(system, _state(system, block, k), work, least / span, rate)[:2])
+        there = _fastest(system, _state(system, block, k), work, least / span, look, rate)
+        rate, freedom = min((rate, freedom), there[:2])
     if not rate * span > least:
         return None, []
     words = _words(system, rate, freedom)
@@ -71,12 +94,14 @@ def unstable_in_steps(system, work, start, rows, end: float, steps: int) -> tupl
     ]
 
 
-def unstable_at_end(system, work, start, row, reached: float) -> str | None:
+def unstable_at_end(
+    system, work, start, row, reached: float, look: Callable[[], None] = lambda: None
+) -> str | None:
     """Return the words about a growth that explains why a run has failed where it is, or None."""
     state = start if row is None else _state(system, row)
     if not that_follow(system) or not np.isfinite(reached) or not reached > start.t:
         return None
-    rate, freedom, _ = _fastest(system, state, work, AT_ONCE / (reached - start.t))
+    rate, freedom, _ = _fastest(system, state, work, AT_ONCE / (reached - start.t), look)
     return _words(system, rate, freedom) if rate * (reached - start.t) > AT_ONCE else None
 
 
@@ -92,7 +117,7 @@ def _words(system, rate: float, freedom: int) -> str:
     )
 
 
-def _fastest(system, state, work, least: float, near: float | None = None) -> tuple[float, int, bool]:
+def _fastest(system, state, work, least: float, look, near: float | None = None) -> tuple[float, int, bool]:
     """Return the largest growth rate, 1/s, of the linear equations at a state, the velocity that takes part most, and
     if speeds or accelerations of the state have a part along that motion.
 
@@ -102,6 +127,7 @@ def _fastest(system, state, work, least: float, near: float | None = None) -> tu
     nothing = 0.0, 0, False
     if not 0 < system.nu <= MANY:
         return nothing
+    look()
     with np.errstate(all="ignore"):
         tangent = tangent_at(system, state, work)
         M, D, K, G = tangent.M, tangent.D, tangent.K, tangent.G
@@ -112,7 +138,7 @@ def _fastest(system, state, work, least: float, near: float | None = None) -> tu
         M, D, K, G = scaled @ M @ scaled, scaled @ D @ scaled, scaled @ K @ scaled, G @ scaled
         rows = np.sqrt(np.asarray(G.multiply(G).sum(1)).ravel())
         unit = sparse.diags(1.0 / np.where(rows > 0.0, rows, 1.0)) @ G
-        growth = _of_few(M, D, K, unit) if system.nu <= DENSE else fastest_of_many(M, D, K, unit, least, near)
+        growth = _of_few(M, D, K, unit) if system.nu <= DENSE else fastest_of_many(M, D, K, unit, least, near, look)
     if growth is None:
         return nothing
     u, a = (within(unit, x / scale) for x in (state.u, state.a))

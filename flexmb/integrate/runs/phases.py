@@ -24,7 +24,7 @@ from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.kept_rows import KeptRows
 from flexmb.integrate.runs.marks import SAME
 from flexmb.integrate.runs.memory import may_stop, memory_of, remember_again, rounding
-from flexmb.integrate.runs.outgrown import unstable_at_end, unstable_in_steps
+from flexmb.integrate.runs.outgrown import looked_at, unstable_at_end, unstable_in_steps
 from flexmb.integrate.runs.outlook import Outlook
 from flexmb.integrate.runs.phase_times import PhaseTimes, times_of_phase
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
@@ -256,7 +256,8 @@ class Phases:
     def _grown(self, system, work, start, last_row, end: float, steps: int):
         """Return how a phase ends in whose steps a motion grows that they pass over; None if none does."""
         blocks = [*self.recorder.rows, *([] if last_row is None else [last_row])]
-        gone, stands = unstable_in_steps(system, work, start, blocks, end, steps)
+        given = system, work, start, blocks, end, steps
+        gone, stands = looked_at(self.interruption, self.validity, unstable_in_steps, *given) or (None, [])
         self.validity.tell(stands)
         return gone
 
@@ -303,7 +304,8 @@ class Phases:
         """Return how a run ends that its integrator gives up; `known` is the last row there is, or None."""
         gone = self.outlook.far_gone(self.integrator, system, work, self.variables, outcome.reached)
         unknown = what_is_unknown(system, start, known, outcome.reached, gone, self.t, self.times)
-        gone = gone or unstable_at_end(system, work, start, known, outcome.reached)
+        at_end = unstable_at_end, system, work, start, known, outcome.reached
+        gone = gone or looked_at(self.interruption, self.validity, *at_end)
         ending = None if unknown or gone else self.kept.gradients.ending(outcome)
         return ending or failed_with(model, outcome, unknown, gone)
 
