@@ -10,7 +10,11 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.integrate.runs import phases
+from flexmb.integrate.runs import kept_rows, phases
+from flexmb.integrate.runs.energy_watch import EnergyWatch
+from flexmb.integrate.runs.fastest import present_rows
+from flexmb.integrate.runs.validity import Validity
+from flexmb.system import assemble
 
 ROWS = ("t", "q", "u", "a", "lam", "works")
 SHORT = {"CHUNK": 0.0, "PATIENCE": 0.0}
@@ -98,3 +102,97 @@ def test_states_held_on_the_way(integrator, monkeypatch):
     whole = run(model, integrator, monkeypatch, LONG)
     looked = run(model, integrator, monkeypatch, {**SHORT, "HOLD": -1.0})
     require_same(whole, looked)
+
+
+def test_looks_planned_by_gradients(monkeypatch):
+    """Where an equation of the user turns fast, the integrator comes back at more times: at the same ones, however
+    many samples a block has.
+    """
+    place = fmb.Position("p", marker="bob.center")
+    ring = fmb.Constraint("ring", over=[place], equation="p[0]**2 + p[1]**2 = (0.3 + 0.2*cos(7*t))**2")
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.PointMass("bob", mass=1.0, at=(0.5, 0, 0), velocity=(0, 30.0, 0))],
+        joints=[ring, fmb.Constraint("flat", over=[place], equation="p[2]")],
+        sensors=[place],
+    )
+    marks: dict[str, list[float]] = {}
+    for name, given in (("short", SHORT), ("long", LONG)):
+        seen = marks.setdefault(name, [])
+
+        class Noting(fmb.Explicit):
+            def run(self, system, work, variables, samples, first, last, patience=np.inf, seen=seen):
+                outcome = super().run(system, work, variables, samples, first, last, patience)
+                seen.extend(outcome.rows["t"].tolist())
+                return outcome
+
+        run(model, Noting(), monkeypatch, given)
+    assert len(marks["long"]) > 61
+    assert marks["short"] == marks["long"]
+
+
+def test_contacts_after_an_event_are_not_told(monkeypatch):
+    """A ball goes to and fro between stops 0.2 m apart at 2 m/s; the event comes between the second and the third
+    impact, and a block goes on to the fifth.
+    """
+    x = fmb.Pose.axes((0, 0, 0), z=(1, 0, 0))
+    model = fmb.Model(
+        bodies=[
+            fmb.Ground(markers={"x": x}),
+            fmb.RigidBody("ball", mass=1.0, inertia=(1, 1, 1), velocity=(2, 0, 0), markers={"x": x}),
+            fmb.PointMass("clock", mass=1.0, velocity=(1, 0, 0)),
+        ],
+        joints=[fmb.Prismatic("rail", markers=("ground.x", "ball.x"))],
+        forces=[fmb.BiStop("stops", joint="rail", travel=(-0.1, 0.1), stiffness=1e5)],
+        sensors=[fmb.Position("time", marker="clock.center")],
+        events=[fmb.Event("end", sensor="time", column=0, above=0.2, then=fmb.Stop())],
+    )
+    short, long = (run(model, fmb.IDA(), monkeypatch, given) for given in (SHORT, LONG))
+    assert short.statistics["contacts ended"] == 2
+    require_same(short, long)
+
+
+def test_a_look_at_a_slow_run_leaves_its_numbers():
+    """What the solver of IDA counts begins at the last row, wherever the look was."""
+    system, state = assemble(replace(swing(), events=()))
+    work, integrator, samples = system.workspace(), fmb.IDA(), np.linspace(0.0, 0.6, 7)
+    variables = integrator.start(system, state, work, 0.6)
+    integrator.run(system, work, variables, samples, 0, 2)
+    at_row = dict(variables.counts)
+    reached = integrator.run(system, work, variables, samples, 2, 3, patience=0.0).reached
+    assert samples[1] < reached < samples[2]
+    assert len(present_rows(integrator, system, work, variables, reached)["t"]) == 1
+    integrator.run(system, work, variables, samples, 2, 4)
+    assert variables.counts != at_row
+    assert integrator.statistics(integrator.taken_back(variables, 0)) == at_row
+
+
+WATCHED = {"PARTS": 4, "SHORTEST": 1}
+
+
+def test_who_is_to_blame(monkeypatch):
+    """The owner that a warning about energy names, and the samples at which loads of reduced bodies are looked at."""
+    for name, value in WATCHED.items():
+        monkeypatch.setattr(kept_rows, name, value)
+    blamed, looked = [], []
+    for given in (SHORT, LONG):
+        watches: list[EnergyWatch] = []
+        parts: list[list[float]] = []
+
+        class Noted(EnergyWatch):
+            def __init__(self, *given, watches=watches):
+                super().__init__(*given)
+                watches.append(self)
+
+        def noted(self, system, rows, parts=parts, look=Validity.look):
+            parts.append(rows["t"].tolist())
+            look(self, system, rows)
+
+        with monkeypatch.context() as patched:
+            patched.setattr(kept_rows, "EnergyWatch", Noted)
+            patched.setattr(Validity, "look", noted)
+            run(swing(), fmb.GeneralizedAlpha(step=2e-2), patched, given)
+        blamed.append([watch.blame for watch in watches])
+        looked.append(parts)
+    assert blamed[0] == blamed[1]
+    assert sum(len(blame) for blame in blamed[0]) > 3
+    assert looked[0] == looked[1]

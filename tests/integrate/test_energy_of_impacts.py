@@ -7,11 +7,14 @@ by Kane & Levinson (Dynamics, 1985).
 
 import warnings
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.integrate.runs.energy_watch import EnergyWatch
+from flexmb.system import compile
 
 TIP = 1e-5  # m, radius
 
@@ -81,3 +84,16 @@ def test_energy_made_before_a_load_jumps_is_told_too():
     _, _, words = strike(0.2, fmb.Rigid(restitution=1.0, friction=0.6), load)
     assert len(words) == 1
     assert "have made 0.0625 J" in words[0]
+
+
+@pytest.mark.parametrize("rule", ["Newton", "Poisson"])
+def test_the_law_that_is_used_is_named(rule):
+    """Poisson's law can make energy too, where several points strike at once (Kane & Levinson)."""
+    model = rod(0.2, fmb.Rigid(restitution=1.0, friction=0.6, rule=rule))
+    system = compile(model)
+    watch = EnergyWatch(system, system.workspace())
+    watch.moving, watch.rest = 1.0, 0.0
+    (words,) = watch.made_by_impacts(SimpleNamespace(made_by_impacts=np.array([0.5])))
+    assert f"{rule}'s law" in words
+    assert ("use Rigid(..., rule='Poisson'), or a smaller restitution" in words) == (rule == "Newton")
+    assert words.endswith("a smaller restitution.")

@@ -376,3 +376,32 @@ def test_a_saved_stepped_run_keeps_its_inputs(tmp_path):
     assert "inputs set from outside" not in again.sensor_names
     with pytest.raises(ModelError, match=r"input 'push' was set to 3 from outside"):
         fmb.resume(again, 1.0)
+
+
+@pytest.mark.parametrize("name", INTEGRATORS)
+def test_what_watches_a_run_forgets_a_step_that_is_taken_back(name):
+    """Energy, contacts, and the steps and looks by which growth is judged are those of the run that is kept."""
+    x = fmb.JointCoordinate("angle", joint="hinge")
+    model = pendulum(effort=fmb.input("torque") + fmb.formula("-k*a", over={"a": x}, k=0.5))
+    stop = fmb.BiStop("stops", joint="hinge", travel=(-0.3, 0.3), stiffness=1e4)
+    model = replace(model, forces=[*model.forces, stop])
+
+    def known(run):
+        phase = run._phase
+        watch = phase.growth.saved(phase._steps())[1:]
+        return watch, phase.energy.samples, phase.energy.worst, phase.energy.left, phase.looked, phase.statistics()
+
+    with fmb.stepper(model, integrator=INTEGRATORS[name]) as run:
+        for _ in range(3):
+            run.advance(by=0.04)
+        assert run.solution.status.ok
+        moment, before = run.save(), known(run)
+        run.set("torque", 9.0)
+        for _ in range(20):
+            run.advance(by=0.04)
+        assert run.solution.statistics["contacts ended"] > 0
+        assert known(run)[0] != before[0]
+        run.restore(moment)
+        after = known(run)
+        assert after[:5] == before[:5]
+        assert after[5].get("contacts ended", 0) == before[5].get("contacts ended", 0)

@@ -44,7 +44,7 @@ SWITCHED_OFF = (
     "{title} has geometric stiffness{of} that is not used (geometric_stiffness={given!r}): no run warns where loads "
     "change its stiffness. Leave that out, or compare with a run that has it."
 )
-LOOKS = 16
+LOOKS = 32
 """Samples of a block at which the load is looked at; it costs an evaluation and an eigenvalue problem."""
 
 

@@ -100,15 +100,22 @@ class IDA(metaclass=Described):
             values = variables.sample(max(float(samples[k]), variables.t))
             for name, value in zip(rows, values, strict=True):
                 rows[name][k - first] = value
-            variables.counted.append(dict(variables.counts))
+            variables.counted.append(variables.told())
         return Outcome(rows=rows, reached=variables.t)
 
     @staticmethod
+    def may_go_back(variables: Run) -> None:
+        """Keep from now on what `taken_back` needs."""
+        if not variables.goes_back:
+            variables.goes_back = True
+            variables.counted[-1] = variables.told()
+
+    @staticmethod
     def taken_back(variables: Run, n: int) -> Run:
-        """Return the solver with the numbers of the run as they were n rows after the last call began; it keeps what it
-        knows to itself, and only begins anew from there.
+        """Return the solver with the numbers of the run, and what has touched, as they were n rows after the last call
+        began; it keeps what it knows to itself, and only begins anew from there.
         """
-        variables.counts = variables.counted[n]
+        variables.tell_again(variables.counted[n])
         return variables
 
     @staticmethod

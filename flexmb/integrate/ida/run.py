@@ -91,8 +91,10 @@ class Run:
         self.latest = state.t, self.y.copy(), self.yp.copy()
         self.cause = ""
         self.counts = {"steps": 0, "rejected": 0, "residuals": 0, "factorisations": 0}
-        self.counted = [dict(self.counts)]
-        """Before the latest call of `IDA.run`, and at each of its rows."""
+        self.goes_back = False
+        """Is what has touched among what is `told`? It takes memory."""
+        self.counted: list[tuple[dict[str, int], list[np.ndarray]]] = [(dict(self.counts), [])]
+        """Told before the latest call of `IDA.run`, and at each of its rows."""
         self.tried = state.t
         self.span = max(t_end - state.t, 1e-300)
         work.weights[0].wanted = 0
@@ -105,6 +107,16 @@ class Run:
         self._structure()
         self.solver = self._solver(settings)
         self.solver.init_step(state.t, self.y, self.yp)
+
+    def told(self) -> tuple[dict[str, int], list[np.ndarray]]:
+        """Return a copy of what a run tells at its end: numbers, and what has touched."""
+        return dict(self.counts), [array.copy() for array in self.switching[1:]] if self.goes_back else []
+
+    def tell_again(self, told: tuple[dict[str, int], list[np.ndarray]]) -> None:
+        """Forget what came after it was `told`."""
+        self.counts = dict(told[0])
+        for array, kept in zip(self.switching[1:], told[1], strict=bool(told[1])):
+            array[...] = kept
 
     def __deepcopy__(self, memo):
         raise TypeError("the solver keeps what it knows to itself: a copy of it knows nothing")

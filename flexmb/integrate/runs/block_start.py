@@ -33,7 +33,10 @@ class BlockStart:
 
     def keep(self, variables: Any, marks: np.ndarray, first: int) -> None:
         """Keep what the steps to `marks[first]` begin with; what is kept of the same ones already stays."""
-        if not self._copies or (first == self._first and marks is self._marks):
+        if not self._copies:
+            self._integrator.may_go_back(variables)
+            return
+        if first == self._first and marks is self._marks:
             return
         self._marks, self._first = marks, first
         arrays = scratch(self._system, self._work)

@@ -74,12 +74,16 @@ class EnergyWatch:
         self.reached, self.fastest = 0.0, 0.0  # s; lengths of the model, or rad, by s
         self.worst = (0.0, 0.0)  # energy, time
         self.blame: dict[str, float] = {}
+        self._part: tuple[Any, Any, float] = (0.0, 0.0, 0.0)  # touched, power and change since blame was laid
         self._inertia: np.ndarray | None = None
         self._latest: dict[str, np.ndarray] | None = None
         self._missed: list[np.ndarray] = []
 
     def look(self, rows: dict[str, np.ndarray], switching: Any) -> None:
-        """Take a block of samples; `switching` tells what touched since the block before."""
+        """Take a block of samples; `switching` tells what touched since the block before.
+
+        How long blocks are depends on the clock: who is to blame is told of all between two calls of `lay_blame`.
+        """
         if not len(rows["t"]):
             return
         system = self.system
@@ -108,21 +112,29 @@ class EnergyWatch:
         k = int(np.argmax(np.abs(left)))
         if abs(left[k]) > abs(self.worst[0]):
             self.worst = float(left[k]), float(rows["t"][k])
-        change = np.abs(np.diff(np.concatenate([[self.left], left]))).sum()
-        owner = self._owner(rows, switching)
-        self.blame[owner] = self.blame.get(owner, 0.0) + float(change)
+        touched, power, change = self._part
+        if switching is not None and len(switching.touched):
+            touched = touched + switching.touched
+            switching.touched[:] = 0.0
+        power = power + self._inertias(rows) * np.abs(rows["a"] * rows["u"]).sum(axis=0)
+        change += float(np.abs(np.diff(np.concatenate([[self.left], left]))).sum())
+        self._part = touched, power, change
         self.left = float(left[-1])
 
-    def _owner(self, rows: dict[str, np.ndarray], switching: Any) -> str:
-        """Return the contact or friction that did most in a block of samples, else the body whose inertia did."""
-        touched = np.zeros(0) if switching is None else switching.touched.copy()
-        if switching is not None:
-            switching.touched[:] = 0.0
+    def lay_blame(self) -> None:
+        """Lay the energy that was left since the last call on the contact or friction that did most since then, else on
+        the body whose inertia did.
+        """
+        touched, power, change = self._part
+        self._part = 0.0, 0.0, 0.0
+        if not change > 0.0:
+            return
         if np.any(touched > 0.0):
-            return self.system.switch_owners[int(np.argmax(touched))]
-        power = self._inertias(rows) * np.abs(rows["a"] * rows["u"]).sum(axis=0)
-        spans = {body.title: self.system.body_slices[body.name][1] for body in self.system.model.bodies}
-        return max(spans, key=lambda title: float(power[spans[title]].sum()))
+            owner = self.system.switch_owners[int(np.argmax(touched))]
+        else:
+            spans = {body.title: self.system.body_slices[body.name][1] for body in self.system.model.bodies}
+            owner = max(spans, key=lambda title: float(power[spans[title]].sum()))
+        self.blame[owner] = self.blame.get(owner, 0.0) + change
 
     def _inertias(self, rows: dict[str, np.ndarray]) -> np.ndarray:
         """Return the diagonal of the mass matrix (nu,) at the first sample."""
@@ -203,16 +215,18 @@ class EnergyWatch:
         total, moves = float(made.sum()), self._moves()
         if not total > SHARE * moves:
             return []
-        owner = self.system.model.forces[int(np.argmax(made))].title
+        force = self.system.model.forces[int(np.argmax(made))]
+        other = "" if force.law.rule == "Poisson" else "Rigid(..., rule='Poisson'), or "
         return [
-            f"{owner}: impacts with friction have made {total:.3g} J, {100.0 * total / moves:.2g} % of the largest "
-            f"energy that moves; expected: less than {100.0 * SHARE:g} %. Newton's law of restitution gives back more "
-            "than there was where friction turns the slip round: use Rigid(..., rule='Poisson'), or a smaller "
-            "restitution."
+            f"{force.title}: impacts with friction have made {total:.3g} J, {100.0 * total / moves:.2g} % of the "
+            f"largest energy that moves; expected: less than {100.0 * SHARE:g} %. {force.law.rule}'s law of "
+            "restitution gives back more than there was where friction turns the slip round: use "
+            f"{other}a smaller restitution."
         ]
 
     def sentences(self, steps: int, integrator: Any = None) -> list[str]:
         """Return the warning about the phase after a number of steps of an integrator: one sentence, or none."""
+        self.lay_blame()
         left, t = self.worst
         share = self._share(steps)
         if not share > SHARE:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -43,10 +43,16 @@ def present_rows(integrator, system, work, variables, now: float) -> dict[str, n
 
     It must not depend on when the clock has struck: a sample compares reactions, too.
     """
-    with suppress(TypeError):  # of the solver of IDA: a sample of it leaves nothing but scratch
+    known: dict[str, object] = {}
+    try:
         variables = copied(variables, shared(integrator, system, work))
+    except TypeError:  # of the solver of IDA: a sample of it leaves nothing but scratch, and what it counts by
+        known = dict(vars(variables))
     with unchanged(system, work), np.errstate(all="ignore"):
-        return integrator.run(system, work, variables, np.array([now]), 0, 1).rows
+        rows = integrator.run(system, work, variables, np.array([now]), 0, 1).rows
+    for name, value in known.items():
+        setattr(variables, name, value)
+    return rows
 
 
 @contextmanager

@@ -39,6 +39,15 @@ class GrowthWatch:
             self._start = state
         self._steps += steps
 
+    def saved(self, steps: int) -> tuple[Any, ...]:
+        """Return what is known when so many `steps` were taken since the integrator began last."""
+        return self._start, self._calls, self._next, self._told, self._steps + steps
+
+    def restore(self, saved: tuple[Any, ...], steps: int) -> None:
+        """Forget what came after `saved`, where the integrator now has taken so many `steps`."""
+        self._start, self._calls, self._next, self._told, total = saved
+        self._steps = total - steps
+
     def is_due(self) -> bool:
         """Count a call; is it time to look?"""
         self._calls += 1

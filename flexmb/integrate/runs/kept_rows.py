@@ -1,4 +1,8 @@
-"""The rows of a run on their way to the file: what is wrong in them ends the run behind the last good sample."""
+"""The rows of a run on their way to the file: what is wrong in them ends the run behind the last good sample.
+
+They come in blocks, whose lengths depend on the clock. What is looked at in a few rows of many, or told of all rows
+together, is looked at in parts of the phase that do not.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +12,15 @@ from flexmb.errors import IntegrationError
 from flexmb.integrate.runs import contradiction
 from flexmb.integrate.runs.energy_watch import EnergyWatch
 from flexmb.integrate.runs.inversion import EXPECTED, REMEDY, first_inversion
-from flexmb.integrate.runs.record import Recorder
+from flexmb.integrate.runs.record import Recorder, joined_rows
 from flexmb.integrate.runs.sunk_surfaces import SunkSurfaces
 from flexmb.integrate.runs.validity import Validity
 from flexmb.integrate.runs.vanishing import Gradients
 
 __all__ = ["KeptRows"]
+
+PARTS, SHORTEST = 16, 256
+"""Parts of a phase, and the fewest samples of one."""
 
 
 class KeptRows:
@@ -25,11 +32,32 @@ class KeptRows:
         self.energy: EnergyWatch | None = None
         self.gradients: Gradients | None = None
         self.sunk = SunkSurfaces()
+        self._ends = np.empty(0)
+        self._waiting: list[dict[str, np.ndarray]] = []
 
     def begin(self, system) -> None:
         """Begin with the rows of a phase."""
         self.energy = EnergyWatch(system, system.workspace())
         self.gradients = Gradients(system)
+
+    def divide(self, times: np.ndarray) -> None:
+        """Divide the samples of the phase, s, into parts."""
+        count = max(SHORTEST, -(-len(times) // PARTS))
+        self._ends = times[count::count]
+
+    def block_end(self, marks: np.ndarray, first: int) -> int:
+        """Return the number of the mark behind the part in which `marks[first]` is, which a block must not pass."""
+        k = int(np.searchsorted(self._ends, marks[first]))
+        return int(np.searchsorted(marks, self._ends[k])) + 1 if k < len(self._ends) else len(marks)
+
+    def look(self, switching) -> None:
+        """Look at what waits for the end of the part."""
+        rows, self._waiting = self._waiting, []
+        if rows:
+            self.validity.look(self.recorder.system, joined_rows(rows))
+        self.validity.tell(self.sunk.look(self.recorder.system, switching))
+        if self.energy is not None:
+            self.energy.lay_blame()
 
     def keep(self, rows, times, switching) -> None:
         """Record the rows whose times are samples (others were only looked at for events).
@@ -56,10 +84,12 @@ class KeptRows:
                 self.t = self.gradients.reached
                 raise
         self.recorder.add(kept)
-        self.validity.look(self.recorder.system, kept)
-        self.validity.tell(self.sunk.look(self.recorder.system, switching))
-        if self.energy is not None:
-            self.energy.look(kept, switching)
+        if len(kept["t"]):
+            self._waiting.append(kept)
+            if self.energy is not None:
+                self.energy.look(kept, switching)
+            if kept["t"][-1] in self._ends:
+                self.look(switching)
         if wrong is not None:
             self.t = float(kept["t"][-1])
             raise IntegrationError(wrong.title, found=wrong.found, expected=EXPECTED, remedy=REMEDY)

@@ -94,9 +94,7 @@ def unstable_in_steps(
     ]
 
 
-def unstable_at_end(
-    system, work, start, row, reached: float, look: Callable[[], None] = lambda: None
-) -> str | None:
+def unstable_at_end(system, work, start, row, reached: float, look: Callable[[], None] = lambda: None) -> str | None:
     """Return the words about a growth that explains why a run has failed where it is, or None."""
     state = start if row is None else _state(system, row)
     if not that_follow(system) or not np.isfinite(reached) or not reached > start.t:

@@ -18,6 +18,7 @@ from flexmb.integrate.runs.coarse_contacts import CoarseContacts
 from flexmb.integrate.runs.continuity import require_continuity, require_known_states
 from flexmb.integrate.runs.counts import numbers_of, together
 from flexmb.integrate.runs.fastest import present_rows
+from flexmb.integrate.runs.happened import Happened
 from flexmb.integrate.runs.held import Switching, require_seen, sampled_on, with_held
 from flexmb.integrate.runs.impact import velocities_after
 from flexmb.integrate.runs.interruption import Interruption
@@ -44,8 +45,6 @@ from flexmb.told import listening
 
 __all__ = ["Phases"]
 
-OFTEN = 20
-"""How often a repeating event may happen in the time between two looks at its sensor."""
 ENDLESS = 1e-9
 """Share of the time of the run in which a relay may not change as often."""
 CHUNK = 0.2
@@ -86,7 +85,7 @@ class Phases:
         self.recording = False
         self.interruption = Interruption(time_limit)
         self.passed: dict[str, float] = {}
-        self.happened: list[tuple[str, float]] = []
+        self.happened = Happened()
         self.outlook = Outlook(float(times[0]), float(times[-1]))
         self.contacts = CoarseContacts(integrator)
 
@@ -156,7 +155,7 @@ class Phases:
             following = next_phase(model, event, watch.series(rows))
             if following is None:
                 return Status.stopped(event.name, began)
-            if self._again_and_again(event, began):
+            if self.happened.too_often(event, began, self.span / LOOKS):
                 return Status.failed(f"{event.title} happens again and again at t = {began:.9g} s", LASTING)
             u = velocities_after(system, event, began, rows["q"][-1], rows["u"][-1])
             before, model, state = model, following, carried(system, following, rows["q"][-1], u)
@@ -166,16 +165,10 @@ class Phases:
             require_continuity(event, assembled[0], state, assembled[1].q)
             require_known_states(event, system, assembled[0])
 
-    def _again_and_again(self, event, t: float, share: float = 1.0 / LOOKS) -> bool:
-        """Has the event happened so often lately that hardly a share of the time of the run passes between?"""
-        self.happened.append((event.name, t))
-        times = [moment for name, moment in self.happened if name == event.name]
-        return len(times) > OFTEN and t - times[-OFTEN] < self.span * share
-
     def _switched(self, event, row, system, work, times) -> tuple[np.ndarray, Any]:
         """Let a held value change at a row, and begin anew there; return the works until then, and the row."""
         self.t = t = float(row["t"][-1])
-        if self._again_and_again(event, t, ENDLESS):
+        if self.happened.too_often(event, t, self.span * ENDLESS):
             raise IntegrationError(
                 event.title,
                 found=f"it switches again and again at t = {t:.9g} s",
@@ -199,12 +192,15 @@ class Phases:
             watch.recall(goes_on)
             remember_again(self.integrator, system, self.variables, start, goes_on, late)
         due, end, times, marks, breaks = self._times(model, system, goes_on, bool(watch.events))
-        first, block, last_row, begun, before = 0, self._first_block(marks), None, -1, self.statistics.get("steps", 0)
+        self.kept.divide(times)
+        first, block, last_row, begun = 0, len(marks) if self.whole else 1, None, -1
+        before = self.statistics.get("steps", 0)
         try:
             while first < len(marks):
-                marks = self.kept.gradients.resolved(marks, first, block)
+                marks = self.kept.gradients.planned(marks, first)
                 anew = np.append(np.searchsorted(marks, breaks), len(marks))
                 last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
+                last = min(last, self.kept.block_end(marks, first), self.kept.gradients.until)
                 clock = time.perf_counter()
                 if first in anew and first != begun:
                     works, last_row = self._go_on(system, work, just_after(marks[first]), last_row, works)
@@ -314,13 +310,10 @@ class Phases:
         longer = 0.0 if self.interruption.asked else min(4.0, CHUNK / max(spent, 1e-4))
         return min(most, max(1, int(block * longer)))
 
-    def _first_block(self, marks: np.ndarray) -> int:
-        """Return how many samples are asked for first; what gradients do is looked at block by block."""
-        return len(marks) if self.whole and self.kept.gradients is not None and not self.kept.gradients.numbers else 1
-
     def _tell(self, system) -> None:
         """Count what the integrator did in a phase, and give the warnings about it."""
         self._count(system)
+        self.kept.look(getattr(self.variables, "switching", None))
         if self.kept.energy is not None:
             steps = self.integrator.statistics(self.variables).get("steps", 0)
             chatters = chattering(system, getattr(self.variables, "switching", None), steps)
@@ -391,8 +384,10 @@ class Phases:
         self.variables = started_again(self.integrator, self.variables, start, within)
 
     def _count(self, system) -> None:
-        """Add the numbers of the integrator's run to the totals."""
-        contacts = self.contacts.look(system, getattr(self.variables, "switching", None))
+        """Add the numbers of the integrator's run to the totals, and tell what would be forgotten with it."""
+        switching = getattr(self.variables, "switching", None)
+        self.validity.tell(self.kept.sunk.look(system, switching))
+        contacts = self.contacts.look(system, switching)
         self.statistics = together(self.statistics, {**numbers_of(self.integrator, system, self.variables), **contacts})
 
 

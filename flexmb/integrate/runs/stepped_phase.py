@@ -269,31 +269,38 @@ class SteppedPhase:
         except TypeError:  # the solver of IDA keeps its state to itself
             variables = None
         args = self.system.program.signals.args.copy()
-        return variables, kept, args, dict(self.last), self.works, self.jumped, self.planned, self._watched()
+        watched = self._watched(), self.looked
+        return variables, kept, args, dict(self.last), self.works, self.jumped, self.planned, watched
 
     def restore(self, saved: tuple[Any, ...], samples: int) -> None:
         """Return to what `saved` has returned, when so many samples were kept."""
-        variables, arrays, args, self.last, self.works, self.jumped, self.planned, watched = saved
+        variables, arrays, args, self.last, self.works, self.jumped, self.planned, (watched, looked) = saved
         self.system.program.signals.args[:] = args
         del self.rows[samples:], self.given[samples:]
-        self.looked = min(self.looked, samples)
+        self.looked = min(looked, samples)
         self.watch.last, passed = dict(watched[0]), watched[1]
         self.watch.passed.clear()
         self.watch.passed.update(passed)
-        self.contacts = copy.deepcopy(watched[2], {id(self.integrator): self.integrator})
-        self.contact_counts = watched[3]
+        self.contacts, self.energy = copy.deepcopy(watched[2:4], self._same())
+        self.contact_counts, growth, jumps = watched[4:]
+        del self.jumps[jumps:]
         self.ended = "finished"
         self._gradients.last = None
         for array, kept in zip(scratch(self.system, self.work), arrays, strict=True):
             array[...] = kept
+        self.variables = None if variables is None else self._copied(variables)
         if variables is None:
             self._begin_anew(self.t)
-        else:
-            self.variables = self._copied(variables)
+        self.growth.restore(growth, self._steps())
 
     def _watched(self):
-        contacts = copy.deepcopy(self.contacts, {id(self.integrator): self.integrator})
-        return dict(self.watch.last), dict(self.watch.passed), contacts, self.contact_counts
+        copies = copy.deepcopy((self.contacts, self.energy), self._same())
+        growth = self.growth.saved(self._steps())
+        return dict(self.watch.last), dict(self.watch.passed), *copies, self.contact_counts, growth, len(self.jumps)
+
+    def _same(self) -> dict[int, Any]:
+        """Return what copies of what watches the run share with it, by identity."""
+        return {id(one): one for one in (self.integrator, self.system, self.energy.work)}
 
     def _copied(self, variables: Any) -> Any:
         """Return the integrator's variables with arrays of their own; the system and its workspace stay the same."""

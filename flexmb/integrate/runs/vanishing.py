@@ -32,6 +32,10 @@ LOOK = 1.0
 """rad, after which the run is looked at between samples that are farther apart."""
 LOOKS = 2000
 """Most looks between two of them."""
+TOGETHER = 16
+"""Times of the run between which looks are planned at once: not as many as the clock lets blocks have, because the
+integrator comes back at every look.
+"""
 
 REMEDY = (
     "Write it so that it does not become singular (a Distance in the place of a sum of squares), or end the run before "
@@ -54,6 +58,8 @@ class Gradients:
         self.system, self.work = system, None
         self.numbers = [n for n, (_, kind) in enumerate(system.equation_owners) if isinstance(kind, Formula)]
         self.last: _Row | None = None
+        self.until = 0
+        """Number of the time from which on looks are not planned yet."""
 
     @property
     def reached(self) -> float:
@@ -90,6 +96,17 @@ class Gradients:
                 found = f"the gradient of its equation shrinks to nothing towards t = {outcome.reached:.6g} s"
                 return Status.failed(f"{title}: {found}, where it restricts nothing; {outcome.failure}", REMEDY)
         return None
+
+    def planned(self, times: np.ndarray, first: int) -> np.ndarray:
+        """Return the times of a phase, with others as in `resolved` until `until`, which is beyond `first`."""
+        if not self.numbers:
+            self.until = len(times)
+        if first < self.until:
+            return times
+        count = 1 if self.last is None else TOGETHER
+        found = self.resolved(times, first, count)
+        self.until = min(first + count, len(times)) + len(found) - len(times)
+        return found
 
     def resolved(self, times: np.ndarray, first: int, count: int) -> np.ndarray:
         """Return increasing times with others before the next `count` ones from `first` on, at which gradients that
