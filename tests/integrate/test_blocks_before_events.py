@@ -158,7 +158,8 @@ def test_a_look_at_a_slow_run_leaves_its_numbers():
     variables = integrator.start(system, state, work, 0.6)
     integrator.run(system, work, variables, samples, 0, 2)
     at_row = dict(variables.counts)
-    reached = integrator.run(system, work, variables, samples, 2, 3, patience=0.0).reached
+    for _ in range(5):  # a step each, the first to where it had come when it looked back to the row
+        reached = integrator.run(system, work, variables, samples, 2, 3, patience=0.0).reached
     assert samples[1] < reached < samples[2]
     assert len(present_rows(integrator, system, work, variables, reached)["t"]) == 1
     integrator.run(system, work, variables, samples, 2, 4)
