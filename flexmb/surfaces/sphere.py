@@ -42,6 +42,11 @@ class Sphere(Shape):
         """Its radius, m."""
         return self.radius
 
+    @property
+    def thickness(self) -> float:
+        """Twice its volume per area, m: of its drawing it would take a millisecond, of which heaps have thousands."""
+        return 2.0 / 3.0 * self.radius
+
     def corners(self) -> tuple[np.ndarray, float]:
         """Return the centre, and the radius."""
         return np.zeros((1, 3)), self.radius

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
-from flexmb.integrate.nonsmooth import solve
+from flexmb.integrate.nonsmooth import restitution, solve
 from flexmb.integrate.nonsmooth.accelerated import accelerate
 from flexmb.integrate.nonsmooth.hastened import hasten
 from flexmb.integrate.nonsmooth.problem import residuals
@@ -201,3 +201,31 @@ def test_joined_bodies_that_touch():
     solution = fmb.simulate(model, 0.02, samples=2, integrator=fmb.MoreauJean(step=2e-3, tolerance=1e-6))
     moved = np.abs(places(solution, solution.final) - places(solution, solution.state(0.0))).max()
     assert moved < 10.0 * 1e-6 * 9.81 * 2e-3 * 0.02
+
+
+def test_the_best_impulses_are_told_where_none_will_do(monkeypatch):
+    """Balls that cannot stand slip at many contacts at once: what is told to be left is the least that was found."""
+    found, told = [], []
+    looked, solved = solve.residuals, restitution.solve_contacts
+
+    def look(p, v, out):
+        residual, worst = looked(p, v, out)
+        found.append(residual)
+        return residual, worst
+
+    def solution(p, parts, v, goal, most, **ways):
+        found.clear()
+        way = solved(p, parts, v, goal, most, **ways)
+        left, worst = looked(p, v, np.zeros(len(p.points)))
+        told.append((way.residual, min(found), left, way.worst == worst, goal))
+        return way
+
+    monkeypatch.setattr(solve, "residuals", look)
+    monkeypatch.setattr(restitution, "solve_contacts", solution)
+    method = fmb.MoreauJean(step=5e-3, tolerance=1e-6, sweeps=1500)
+    with pytest.raises(fmb.IntegrationError, match=r"'heap': the laws of contact .* are missed by .* m/s after"):
+        fmb.simulate(pyramid(5, 0.5), 0.02, samples=2, integrator=method)
+    residual, least, left, same, goal = told[-1]
+    assert residual == least > goal
+    assert left == pytest.approx(residual, rel=1e-6)
+    assert same

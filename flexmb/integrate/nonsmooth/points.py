@@ -10,7 +10,7 @@ from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.box_pairs import are_boxes, find_between_boxes, plane_between_boxes
 from flexmb.surfaces.detection import bound_gap, find_closest, find_points
 from flexmb.surfaces.neighbours import FEW, LARGE, candidates, near_pairs
-from flexmb.surfaces.records import CODE, CONTACT, CORNERS, FAR, PATCH
+from flexmb.surfaces.records import CODE, CONTACT, CORNERS, FAR, PATCH, THICKNESS
 from flexmb.surfaces.rod_on_plane import find_rod_on_plane, is_rod_on_plane
 from flexmb.surfaces.skin_surface import pieces_of
 
@@ -183,7 +183,7 @@ class Touching:
         ends = self.reach[self.reach < FAR]
         self.small = float(np.min(ends)) if len(ends) else system.lengths.whole
         self.large = float(np.max(ends, initial=0.0))
-        self.thickness = np.array([surface.shape.thickness for surface in self.surfaces])
+        self.thickness = self.data[self.place + THICKNESS]  # m; FAR of a half-space
         self.convex = np.array([surface.shape.convex for surface in self.surfaces])
         corners = max((int(self.data[at + CORNERS]) for at in self.place), default=0)
         self.contacts = np.zeros(max(2 * corners + 2, MOST_OF_RULES), CONTACT)

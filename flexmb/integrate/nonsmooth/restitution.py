@@ -38,14 +38,13 @@ def solve_impulses(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
     add_all(p, parts, v)
     if not np.any(newton):
         return solve_contacts(p, parts, v, goal, most), 0
-    solved = solve_contacts(p, parts, v, goal, min(most, PATIENT))
+    solved = solve_contacts(p, parts, v, goal, min(most, PATIENT), last=most > PATIENT)
     if solved.residual <= goal or solved.sweeps >= most:
         return solved, 0
-    before = p.P[:, 0].sum()
-    more = solve_contacts(p, parts, v, goal, min(most, LONGER))
-    if not more.residual <= goal and p.P[:, 0].sum() < GROWN * before:
+    more = solve_contacts(p, parts, v, goal, min(most, LONGER), last=True)
+    if not more.residual <= goal and more.pressed < GROWN * solved.pressed:
         more = solve_contacts(p, parts, v, goal, most)
-    if more.residual <= goal or p.P[:, 0].sum() < GROWN * before:
+    if more.residual <= goal or more.pressed < GROWN * solved.pressed:
         return _both(solved, more), 0
     p.shift[newton] = 0.0
     p.points["poisson"][newton] = p.points["restitution"][newton]
@@ -76,4 +75,4 @@ def _two_phases(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> Sol
 
 
 def _both(a: Solved, b: Solved) -> Solved:
-    return Solved(b.residual, b.worst, a.sweeps + b.sweeps, a.newton + b.newton)
+    return Solved(b.residual, b.worst, a.sweeps + b.sweeps, a.newton + b.newton, b.pressed)

@@ -25,7 +25,27 @@ MANY, RUSH = 300, 1000
 """Rows from which on sweeps have momentum and accelerated gradients follow them, and the steps of either, which count
 as sweeps."""
 AGAIN = 200
-"""Sweeps between two attempts of Newton's method, or of gradients."""
+"""Sweeps between two attempts of Newton's method, or of gradients; twice as many after each that did not help."""
+
+HELPED = 0.5
+"""Share of the residual that an attempt of Newton's method which helps leaves, at most."""
+
+
+class _Best:
+    """The best impulses so far: sweeps and momentum do not come nearer with each step."""
+
+    def __init__(self):
+        self.residual, self.worst = np.inf, 0
+
+    def note(self, residual: float, worst: int, p, v: np.ndarray) -> None:
+        """Keep the present impulses and velocities, if they miss the laws by less."""
+        if residual < self.residual:
+            self.residual, self.worst, self.P, self.v = residual, worst, p.P.copy(), v.copy()
+
+    def put_back(self, p, v: np.ndarray) -> tuple[float, int]:
+        """Make them the present ones; return by how much the worst contact misses its laws, and which it is."""
+        p.P[:], v[:] = self.P, self.v
+        return self.residual, self.worst
 
 
 class Solved(NamedTuple):
@@ -37,6 +57,8 @@ class Solved(NamedTuple):
     """and which it is"""
     sweeps: int
     newton: int
+    pressed: float = 0.0
+    """N s, sum of the normal impulses after the last sweep"""
 
 
 @kernel
@@ -53,12 +75,13 @@ def _velocities(p, v, xi):
         at += p.rows[i]
 
 
-def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> Solved:
+def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int, *, last: bool = False) -> Solved:
     """Find the impulses with which every contact obeys its laws to `goal`, m/s; `v` comes with the present ones.
 
     Many contacts are swept with momentum. Sweeps go on as long as they promise to end; otherwise gradients and Newton's
-    method try from where they are, and sweeps go on where these do not get there. At most so many sweeps are made; the
-    residual tells what is left.
+    method try from where they are, and sweeps go on where these do not get there. At most so many sweeps are made.
+    Where they do not do, the best impulses that were looked at are left, and the residual is theirs; with `last`, for
+    who goes on from there, those of the last sweep.
     """
     out = np.zeros(len(p.points))
     size = int(np.sum(p.rows[p.active > 0]))
@@ -68,7 +91,8 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
         _velocities(p, v, xi)
         return xi
 
-    done, steps, before, tried, rushed = 0, 0, np.inf, -AGAIN, -AGAIN
+    done, steps, before, tried, rushed, wait = 0, 0, np.inf, -AGAIN, -AGAIN, AGAIN
+    best = _Best()
     if not size:
         return Solved(0.0, 0, 0, 0)
     for _ in range(LEAST):  # what rests settles to rounding from step to step
@@ -78,6 +102,7 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
     if residual > goal and size > MANY:
         done += hasten(p, parts, v, goal, min(RUSH, most - done))
         residual, worst = residuals(p, v, out)
+    best.note(residual, worst, p, v)
     while residual > goal and done < most:
         for _ in range(FIRST if done == LEAST else LOOK):
             change, _unsolved = sweep(p, parts, v, done % 2 == 1)
@@ -85,6 +110,7 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
             if change <= 0.1 * goal:
                 break
         residual, worst = residuals(p, v, out)
+        best.note(residual, worst, p, v)
         if not residual > goal:
             break
         rate = residual / before if before > 0.0 else 1.0
@@ -96,17 +122,23 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
             rushed = done
             before = np.inf
             residual, worst = residuals(p, v, out)
+            best.note(residual, worst, p, v)
             if not residual > goal:
                 break
-        if slow and done - tried >= AGAIN and (size <= SMALL or done >= LONG):
+        if slow and done - tried >= wait and (size <= SMALL or done >= LONG):
             tried = done
             kept_P, kept_v = p.P.copy(), v.copy()
             _, made = newton(p, parts, v, velocities, 0.1 * goal)
             steps += made
             reached, at = residuals(p, v, out)
+            wait = AGAIN if reached < HELPED * residual else 2 * wait
             if reached < residual:
                 residual, worst = reached, at
             else:
                 p.P[:], v[:] = kept_P, kept_v
+            best.note(residual, worst, p, v)
             before = np.inf
-    return Solved(residual=float(residual), worst=int(worst), sweeps=done, newton=steps)
+    pressed = float(p.P[:, 0].sum())
+    if not (last or residual <= goal) and best.residual < residual:
+        residual, worst = best.put_back(p, v)
+    return Solved(residual=float(residual), worst=int(worst), sweeps=done, newton=steps, pressed=pressed)

@@ -34,6 +34,7 @@ from flexmb.math.block_parts import parts_of
 from flexmb.math.block_substitution import lu_solve
 from flexmb.math.energies import powers
 from flexmb.math.weights import weigh
+from flexmb.surfaces.records import FAR
 from flexmb.system.complaints import without_value
 from flexmb.system.program import keep_branches
 
@@ -77,7 +78,7 @@ class Stepper:
         # springs and modes are implicit; without any, the gravity of turning bodies would only disturb the matrix
         self.stiff = len(self.touching.forces) < len(system.model.forces) or not _rigid(system)
         self.direct = not system.ng and not self.stiff
-        self.thin = int(np.sum(np.isfinite(self.touching.thickness))) > 1
+        self.thin = int(np.sum(self.touching.thickness < FAR)) > 1
         self.closed = np.zeros(0, np.int64)
         self.closing = Closing(system, work, self.parts, world, self.touching)
         self.kept, self.rows_of = _places_of_wrenches(system, self.touching)
