@@ -49,6 +49,8 @@ class FloatingBody(Body):
     velocity, angular_velocity : (3,), m/s and rad/s, in W
     damping : float, (m,) or (m, m)
         Fraction of critical damping of all modes or of each, or a damping matrix (N s/m); added to the data's own.
+        Modes are those of the body alone: held by joints it moves more slowly and is damped less (theory, eq.
+        (modal-damping)); `linearize(model).damping_ratios` tells how much.
     modes : int or sequence of int, optional
         The first so many modes, or these; default: all.
     geometric_stiffness : bool or sequence of str
