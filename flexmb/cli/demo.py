@@ -44,11 +44,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _shown(folder: Path, run: Path) -> int:
     """Go from the mesh to the pictures, and tell about it."""
-    from flexmb.math import compile_ahead
-
     clock = _Clock()
-    needed = fmb.GeneralizedAlpha  # for the third part, during the first and second
-    compile_ahead(needed.entries, needed.parts)
+    _compile_ahead()
     for name in (STATION, MESH):
         shutil.copyfile(DATA / name, folder / name)
 
@@ -90,6 +87,15 @@ def _shown(folder: Path, run: Path) -> int:
     print(f"Report: flexmb report {run}")
     print(f"Next: flexmb run {folder / STATION} --set lever_length=0.7 --out {folder / 'longer'}")
     return exit_code(solution)
+
+
+def _compile_ahead() -> None:
+    """Compile what the second and third part need during the first."""
+    from flexmb.constraints import Angle, Coincident, InPlane, Perpendicular
+    from flexmb.integrate import compile_ahead_of_kinds
+
+    kinds = fmb.FloatingBody, fmb.RigidBody, Coincident, Perpendicular, InPlane, Angle, fmb.PointLoad
+    compile_ahead_of_kinds(kinds, fmb.GeneralizedAlpha)
 
 
 def _refuse_changed(folder: Path) -> None:

@@ -20,6 +20,7 @@ from flexmb.integrate.linear.plant import Plant
 from flexmb.integrate.linear.random_loads import spectral_response, variances
 from flexmb.integrate.linear.root_locus import RootLocus, root_locus
 from flexmb.integrate.nonsmooth.moreau_jean import MoreauJean
+from flexmb.integrate.runs.ahead_of_run import compile_ahead_of_kinds
 from flexmb.integrate.runs.family import Family
 from flexmb.integrate.runs.impact import Impulse, impulses
 from flexmb.integrate.runs.resume import resume
@@ -56,6 +57,7 @@ __all__ = [
     "accelerations",
     "campbell",
     "check",
+    "compile_ahead_of_kinds",
     "disturbed",
     "equations",
     "first_frequencies",

@@ -26,7 +26,9 @@ MOST = 3
 _started: list[subprocess.Popen] = []
 
 
-def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = (), on_demand: Iterable[Any] = ()) -> int:
+def compile_ahead(
+    kernels: Iterable[Any], parts: Iterable[Any] = (), on_demand: Iterable[Any] = (), rows: Iterable[Any] = ()
+) -> int:
     """Compile entry kernels in other processes, as far as their machine code is missing and cores are free.
 
     Parameters
@@ -37,6 +39,9 @@ def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = (), on_demand: 
         Large ones that they call, each with declared types, in the order in which they are begun.
     on_demand : iterable of kernels on demand
         Those that the analysis will come to (`flexmb.math.kernel_on_demand`).
+    rows : iterable of row kernels
+        Those of the kinds of the model, in the order in which this process comes to them. The others begin with the
+        last ones, after all else: so they meet this process in the middle.
 
     Returns
     -------
@@ -51,8 +56,9 @@ def compile_ahead(kernels: Iterable[Any], parts: Iterable[Any] = (), on_demand: 
     if missing:  # where the entries are there, so are their parts
         missing = [kernel for kernel in parts if _is_missing(kernel)] + missing
     missing += [kernel for kernel in on_demand if _is_missing(kernel)]
+    missing += [kernel for kernel in reversed(tuple(rows)) if _is_missing(kernel)]
     spare = min(spare - len(_started), len(missing))
-    names = [f"{kernel.py_func.__module__}:{kernel.py_func.__qualname__}" for kernel in missing]
+    names = list(dict.fromkeys(map(_name, missing)))
     for part in range(spare):
         first = part * len(names) // spare  # each begins elsewhere, so that two do not reach for the same one
         ordered = [*names[first:], *names[:first]]
@@ -74,12 +80,28 @@ def main() -> None:
         if os.name != "nt" and os.getppid() != int(parent):
             return
         module, _, function = name.partition(":")
-        kernel = getattr(import_module(module), function)
-        if _is_missing(kernel) and not kernel._cache.is_being_compiled(kernel.entry, kernel.targetctx):
+        try:
+            kernel = getattr(import_module(module), function)
+        except (ImportError, AttributeError):  # of a script or a test that only its own process finds
+            continue
+        if not _is_missing(kernel):
+            continue
+        if hasattr(kernel, "is_being_compiled"):
+            if not kernel.is_being_compiled():
+                _ = kernel.compiled
+        elif not kernel._cache.is_being_compiled(kernel.entry, kernel.targetctx):
             kernel.compile(kernel.entry)
 
 
+def _name(kernel: Any) -> str:
+    """Return where other processes find a kernel."""
+    function = getattr(kernel, "py_func", None) or kernel.function
+    return f"{function.__module__}:{function.__qualname__}"
+
+
 def _is_missing(kernel: Any) -> bool:
+    if hasattr(kernel, "is_missing"):  # of a kernel called through its address
+        return kernel.is_missing()
     return not kernel.overloads and not kernel._cache.holds(kernel.entry, kernel.targetctx)
 
 

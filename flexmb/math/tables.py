@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from inspect import Parameter, Signature
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -199,14 +199,28 @@ class PointerKernel:
         self.__doc__ = function.__doc__
 
     @cached_property
-    def compiled(self):
-        """The machine code, from the cache on disk if it is there."""
+    def _declared(self) -> Any:
         signature = self.signature.args, self.signature.return_type
         options = {"error_model": "numpy"}
-        code = CFunc(self.function, signature, locals={}, options=options, pipeline_class=KernelCompiler)
+        code: Any = CFunc(self.function, signature, locals={}, options=options, pipeline_class=KernelCompiler)
         code._cache = KernelCache(self.function, {**options, "called_through": "pointer"})
-        code.compile()
         return code
+
+    @cached_property
+    def compiled(self) -> Any:
+        """The machine code, from the cache on disk if it is there."""
+        self._declared.compile()
+        return self._declared
+
+    def is_missing(self) -> bool:
+        """Is there no machine code of it, here or on disk?"""
+        code = self._declared
+        return code.native_name is None and not code._cache.holds(code._sig, code._targetdescr.target_context)
+
+    def is_being_compiled(self) -> bool:
+        """Is a process compiling it?"""
+        code = self._declared
+        return code._cache.is_being_compiled(code._sig, code._targetdescr.target_context)
 
 
 def row_kernel(function) -> PointerKernel:

@@ -19,7 +19,7 @@ from flexmb.system.inputs import places_of_inputs
 from flexmb.system.layout import Layout, check_size
 from flexmb.system.lengths import unit_lengths
 from flexmb.system.model_compiler import ModelCompiler
-from flexmb.system.program import Program, evaluation, kernel_table
+from flexmb.system.program import Program, compile_shared, evaluation, kernel_table, row_kernels
 from flexmb.system.signal_times import SignalTimes
 from flexmb.system.sparsity import sparsity
 from flexmb.system.states import STATES
@@ -169,6 +169,7 @@ def _program(
     needed = {*on_demand_for(pattern), *([run_program] if signals else ())}
     for called in needed.union(*(t.on_demand for t in tables_of_all)):
         called.ready()
+    compile_shared(row_kernels(tables_of_all))
     return Program(
         place=kernel_table([t.kernels["place"] for t in body_tables]),
         inertia=kernel_table([t.kernels["inertia"] for t in body_tables]),

@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb.math.energies import stored_energies
-from flexmb.math.kernel import inner_kernel, kernel
-from flexmb.math.tables import State, call_row_kernel
+from flexmb.math.kernel import entry_kernel, inner_kernel
+from flexmb.math.program import PROGRAM
+from flexmb.math.structures import array_type
+from flexmb.math.tables import FLOATS, INTEGERS, WORK, State, call_row_kernel
 from flexmb.math.weights import no_matrix
 from flexmb.system.program import constraint_acceleration, constraint_velocity, energies, evaluate
 from flexmb.system.system import System
 
-__all__ = ["Observation", "observe", "observe_signals"]
+__all__ = ["Observation", "observe", "observe_samples", "observe_signals"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,8 +81,17 @@ def _observe_errors(work, u, a, left, error):
         error[2] = max(error[2], abs(left[n]))
 
 
-@kernel
-def _observe(
+@entry_kernel(
+    PROGRAM,
+    WORK,
+    array_type(FLOATS),
+    *[array_type(FLOATS, 2)] * 5,
+    *[array_type(INTEGERS)] * 2,
+    array_type(INTEGERS, 2),
+    array_type(INTEGERS),
+    *(array_type(FLOATS, axes) for axes in (3, 4, 3, 3, 3, 2, 2)),
+)
+def observe_samples(
     program,
     work,
     t,
@@ -108,7 +118,8 @@ def _observe(
         state = State(t[k], q[k], u[k], a[k], lam[k], signals)
         energies(program, state, work)
         _observe_markers(work, a[k], k, r, R, motion)
-        energy[k] = stored_energies(work.energy)
+        stored = work.energy[0]
+        energy[k, 0], energy[k, 1], energy[k, 2] = stored.kinetic, stored.strain, stored.potential
         _observe_errors(work, u[k], a[k], left, error[k])
         for n in range(len(work.legs)):
             leg = work.legs[n]
@@ -156,7 +167,7 @@ def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
     # a stored run may be read with a model that has other sensors, which follow other turns: see System.state
     missing = [] if np.shape(q)[1] >= system.nq else [np.tile(system.q0[np.shape(q)[1] :], (nt, 1))]
     arrays = [np.ascontiguousarray(x, float) for x in (t, np.hstack([q, *missing])[:, : system.nq], u, a, lam)]
-    _observe(
+    observe_samples(
         system.program,
         work,
         *arrays,

@@ -5,6 +5,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import numpy as np
 
 from flexmb.math.energies import clear_energy
@@ -12,15 +15,18 @@ from flexmb.math.jets import sample_signals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.program import EVALUATION, Program, call_evaluation
 from flexmb.math.rotations import advance_frame, relative_frame
-from flexmb.math.tables import DAMPED, STIFF, call_row_kernel, pointer_kernel
+from flexmb.math.tables import DAMPED, STIFF, PointerKernel, call_row_kernel, pointer_kernel
+from flexmb.model.table import Table
 
 __all__ = [
     "Program",
     "advance",
+    "compile_shared",
     "evaluate",
     "increment",
     "keep_branches",
     "kernel_table",
+    "row_kernels",
     "run_kernels",
     "unit_frames",
 ]
@@ -29,6 +35,25 @@ __all__ = [
 def kernel_table(kernels) -> np.ndarray:
     """Return the addresses of the machine code of row kernels."""
     return np.array([k.compiled.address for k in kernels], np.int64)
+
+
+def row_kernels(tables: Iterable[Table | None]) -> list[Any]:
+    """Return the kernels that run over tables, in the order in which models are compiled, and what calls them."""
+    found = {table.name: table.kernels for table in tables if table is not None}.values()
+    stages = dict.fromkeys(stage for kernels in found for stage in kernels)
+    return [*(kernels[stage] for stage in stages for kernels in found if stage in kernels), evaluation]
+
+
+def compile_shared(kernels: Iterable[PointerKernel]) -> None:
+    """Compile or load kernels, last those that another process is compiling: meanwhile there is something to do."""
+    elsewhere = []
+    for one in kernels:
+        if one.is_missing() and one.is_being_compiled():
+            elsewhere.append(one)
+        else:
+            _ = one.compiled
+    for one in elsewhere:
+        _ = one.compiled
 
 
 @inner_kernel

@@ -15,7 +15,11 @@ import pytest
 
 import flexmb as fmb
 from flexmb.cli import main
+from flexmb.cli.demo import _compile_ahead
 from flexmb.cli.run_folder import open_run
+from flexmb.integrate.runs import ahead_of_run
+from flexmb.math.jets import run_program
+from flexmb.system.program import row_kernels
 
 
 @pytest.fixture(scope="module")
@@ -180,6 +184,17 @@ def test_table_and_timings(tmp_path, capsys, monkeypatch, demo):
     assert "warm: kernels from the cache" in str(clock)
     clock.compiling = lambda: 7.0
     assert "cold: 7.0 s of it compiling" in str(clock)
+
+
+def test_what_is_compiled_ahead_is_what_the_model_holds(demo, monkeypatch):
+    """The kernels are named before the model is there; a kind too few would be compiled by one process alone."""
+    named = []
+    monkeypatch.setattr(ahead_of_run, "compile_ahead", lambda *given: named.extend(given[1]))
+    _compile_ahead()
+    model = open_run(demo / "run").model
+    equations = (equation for joint in model.joints for equation in joint.equations_in(model))
+    assert set(row_kernels(part.table for part in (*model.bodies, *equations, *model.forces))) < set(named)
+    assert run_program in named
 
 
 def test_a_changed_model_is_not_overwritten(tmp_path, capsys):

@@ -8,16 +8,25 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.integrate.runs.ahead_of_run import compile_ahead_of_run
 from flexmb.lock import Lock
 from flexmb.math import ahead, declared_kernels, kernel_claims
+from flexmb.system.observe import observe_samples
+from flexmb.system.program import compile_shared
 
 ENTRY = """
 from numba import types
 from flexmb.math.kernel import entry_kernel
 
+from flexmb.math.tables import pointer_kernel
+
 @entry_kernel(types.float64)
 def cube(x):
     return x * x * x
+
+@pointer_kernel(types.float64(types.float64))
+def square(x):
+    return x * x
 """
 
 
@@ -43,6 +52,70 @@ def test_missing_kernels_are_compiled_elsewhere(cube):
     assert cube(3.0) == 27.0
     assert sum(cube.stats.cache_hits.values()) == 1
     assert ahead.compile_ahead([cube]) == 0
+
+
+def test_row_kernels_are_compiled_elsewhere_as_well(cube):
+    square = sys.modules["cubes"].square
+    assert ahead.compile_ahead([], rows=[square]) == 1
+    assert ahead._started[-1].wait(120) == 0
+    assert not square.is_missing()
+    assert square.compiled.cache_hits == 1
+    assert ahead.compile_ahead([], rows=[square]) == 0
+
+
+def test_row_kernels_come_after_all_else_and_the_last_ones_first(monkeypatch):
+    """The process of the user begins with the first ones: the two meet in the middle."""
+    commands = []
+    monkeypatch.setenv(ahead.SWITCH, "1")
+    monkeypatch.setattr(ahead, "cores", lambda: 2)
+    monkeypatch.setattr(ahead.subprocess, "Popen", lambda command, **_: commands.append(command))
+    monkeypatch.setattr(ahead, "_started", [])
+    monkeypatch.setattr(ahead, "_is_missing", lambda _: True)
+    ball = fmb.RigidBody("ball", mass=1.0, inertia=(1, 1, 1), markers={"A": (0, 0, 0)})
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"A": (0, 0, 0)}), ball],
+        joints=[fmb.Spherical("A", markers=("ground.A", "ball.A"))],
+    )
+    compile_ahead_of_run(model, fmb.GeneralizedAlpha())
+    named = [name.removeprefix("flexmb.") for name in commands[0][4:]]
+    rows = [f"bodies.rigid:{stage}" for stage in ("place", "inertia", "energy")]
+    expected = [*rows, "constraints.coincident:evaluate", "system.program:evaluation"]
+    assert named[-5:] == expected[::-1]
+    assert named[-6] == "integrate.alpha.newmark:run_steps"
+
+
+def test_kernels_that_only_this_process_finds_are_passed_over(cube, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["", str(os.getppid()), "no_such_module:cube", "cubes:none", "cubes:square"])
+    ahead.main()
+    assert not sys.modules["cubes"].square.is_missing()
+
+
+def test_what_another_process_compiles_is_waited_for_last(cube, monkeypatch):
+    """Meanwhile this one compiles the others."""
+    square = sys.modules["cubes"].square
+    path = square._declared._cache._paths(square._declared._sig, cube.targetctx)[0]
+    path.parent.mkdir(parents=True)
+    order = []
+
+    class Kernel:
+        def __init__(self, name, elsewhere):
+            self.name, self.elsewhere = name, elsewhere
+
+        def is_missing(self):
+            return True
+
+        def is_being_compiled(self):
+            return self.elsewhere
+
+        @property
+        def compiled(self):
+            order.append(self.name)
+
+    compile_shared([Kernel("a", False), Kernel("b", True), Kernel("c", False)])
+    assert order == ["a", "c", "b"]
+    with Lock(path, "Kernel"):
+        assert square.is_being_compiled()
+    assert not square.is_being_compiled()
 
 
 def test_what_another_process_compiles_is_left_to_it(cube, monkeypatch):
@@ -92,10 +165,25 @@ def test_entries_are_declared_with_the_types_they_are_called_with(integrator):
     )
     solution = fmb.simulate(model, 0.1, integrator=integrator)
     for entry in integrator.entries:
-        assert len(entry.overloads) == 1
+        assert list(entry.overloads) == [entry.entry]
     assert versions == [len(part.overloads) for part in parts]
     assert set(integrator.entries) | set(parts) <= set(declared_kernels("flexmb"))
     np.testing.assert_allclose(solution["place"][-1], (0, 0, -0.5 * 9.81 * 0.01), rtol=1e-6, atol=1e-9)
+
+
+def test_samples_are_observed_by_the_kernel_that_is_compiled_ahead():
+    observe_samples.compile(observe_samples.entry)
+    before = len(observe_samples.overloads)
+    ball = fmb.RigidBody("ball", mass=2.0, inertia=(1, 1, 1))
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"A": (0, 0, 0)}), ball],
+        joints=[fmb.Fixed("hold", markers=("ground.A", "ball.center"))],
+        gravity=(0, 0, -9.81),
+        sensors=[fmb.Reaction("force", joint="hold")],
+    )
+    force = fmb.simulate(model, 0.01, samples=3)["force"]
+    np.testing.assert_allclose(force[-1, :3], (0, 0, 2.0 * 9.81), atol=1e-9)
+    assert len(observe_samples.overloads) == before
 
 
 def test_parts_are_called_with_the_types_they_are_declared_with():

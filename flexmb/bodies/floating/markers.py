@@ -66,7 +66,9 @@ def place_flexible_marker(marker, J, q, u, R, m, data, at, vectors, matrices):
         still = still and theta[i] == 0.0
     rotation_tangent(theta, T)
     if still:
-        turned[:] = axes
+        for i in range(3):  # a whole array at once would have numba compile the text of its error message
+            for j in range(3):
+                turned[i, j] = axes[i, j]
     else:
         p = vectors[4:6].reshape(6)
         exp_euler(theta, p)

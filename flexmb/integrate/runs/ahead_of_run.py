@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from flexmb.integrate.runs.kept_switches import keep_switches
@@ -9,8 +10,10 @@ from flexmb.integrate.runs.switches import allowed, part_of_step
 from flexmb.math.ahead import compile_ahead
 from flexmb.math.jets import run_program
 from flexmb.model.signal import Signal
+from flexmb.system.observe import observe_samples
+from flexmb.system.program import row_kernels
 
-__all__ = ["compile_ahead_of_run", "ready_for_kinks"]
+__all__ = ["compile_ahead_of_kinds", "compile_ahead_of_run", "ready_for_kinks"]
 
 
 def compile_ahead_of_run(model: Any, integrator: Any) -> int:
@@ -27,7 +30,28 @@ def compile_ahead_of_run(model: Any, integrator: Any) -> int:
         needed.append(run_program)
     if any(getattr(getattr(part, "table", None), "switches", 0) for part in parts):
         needed += [allowed, keep_switches, part_of_step]
-    return compile_ahead(getattr(integrator, "entries", ()), getattr(integrator, "parts", ()), needed)
+    equations = (equation for joint in model.joints for equation in joint.equations_in(model))
+    rows = row_kernels(part.table for part in (*model.bodies, *equations, *model.forces))
+    return compile_ahead(getattr(integrator, "entries", ()), getattr(integrator, "parts", ()), needed, rows)
+
+
+def compile_ahead_of_kinds(kinds: Iterable[Any], integrator: Any) -> int:
+    """Compile what a run with sensors of reactions needs in other processes, where its model is not there yet.
+
+    Parameters
+    ----------
+    kinds : iterable of kinds of bodies, primitive equations and forces
+    integrator : integrator, or its class
+
+    Returns
+    -------
+    int
+        The number of processes that were started. As this one is busy with something else, they go through the
+        kernels in the order of its calls.
+    """
+    rows = row_kernels(kind.table for kind in kinds)
+    parts = run_program, *rows, *getattr(integrator, "parts", ())
+    return compile_ahead(getattr(integrator, "entries", ()), parts, [run_program, observe_samples], rows)
 
 
 def ready_for_kinks(system: Any) -> None:
