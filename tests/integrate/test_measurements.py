@@ -44,8 +44,9 @@ MOREAU = fmb.MoreauJean(step=2e-3)
 @pytest.mark.parametrize("integrator", ALL, ids=repr)
 def test_a_force_that_follows_an_acceleration_is_a_mass(integrator):
     """F = 3 - k a gives a = 3 / (m + k)."""
-    solution = fmb.simulate(rail(3.0 - K * fmb.measured(ACCELERATION), [ACCELERATION]), 1.0, integrator=integrator)
-    assert solution["a"][:, 0] == pytest.approx(np.full(201, 3.0 / (MASS + K)), rel=1e-12)
+    model = rail(3.0 - K * fmb.measured(ACCELERATION), [ACCELERATION])
+    solution = fmb.simulate(model, 1.0, samples=6, integrator=integrator)
+    assert solution["a"][:, 0] == pytest.approx(np.full(6, 3.0 / (MASS + K)), rel=1e-12)
     assert solution["x"][-1] == pytest.approx(0.5 * 3.0 / (MASS + K), rel=1e-9)
 
 

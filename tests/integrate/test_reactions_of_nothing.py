@@ -8,6 +8,7 @@ import flexmb as fmb
 
 GRAVITY = 9.81
 ANGLES = [0.1, 0.23, 0.36, 0.49, 1.4]  # rad
+RUNS = ANGLES[::2]
 FORMULATIONS = [fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Baumgarte(), fmb.Recursive()]
 INTEGRATORS = [fmb.GeneralizedAlpha(), fmb.Implicit(), fmb.IDA(), *(fmb.Explicit(formulation=f) for f in FORMULATIONS)]
 
@@ -42,7 +43,7 @@ def pair(angle: float, *, friction: bool) -> fmb.Model:
 @pytest.mark.parametrize("friction", [True, False])
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
 def test_two_bodies_fall_together(integrator, friction):
-    for angle in ANGLES:
+    for angle in RUNS:
         run = fmb.simulate(pair(angle, friction=friction), 0.1, samples=3, integrator=integrator)
         fallen = run["place"][-1, 2] - run["place"][0, 2]
         assert fallen == pytest.approx(-0.5 * GRAVITY * 0.1**2, rel=1e-5)

@@ -27,8 +27,10 @@ FIXED = {
     "alpha": lambda span: fmb.GeneralizedAlpha(step=span / 60.0),
     "implicit": lambda span: fmb.Implicit(step=span / 60.0),
 }
-SPEEDS = (1.0, 30.0, 1000.0)
+ENDS, MIDDLE_SPEED = (1.0, 1000.0), 30.0
+"""m/s, of the range of speeds; what lies between is a long test."""
 WAYS = {"straight": (0.0, 0.0, -1.0), "oblique": (0.02, 0.01, -1.0)}
+MIDDLES = [pytest.param(method, MIDDLE_SPEED, way, marks=pytest.mark.slow) for method in METHODS for way in WAYS]
 MIDDLE = (0.5 * WIDE + 1.3e-4, 0.5 * WIDE + 1.7e-4, THICK)
 
 
@@ -71,7 +73,7 @@ def run(model, duration, integrator):
         return fmb.simulate(model, duration, samples=2, integrator=integrator)
 
 
-@pytest.mark.parametrize(("method", "speed", "way"), every_second(METHODS, SPEEDS, WAYS))
+@pytest.mark.parametrize(("method", "speed", "way"), [*every_second(METHODS, ENDS, WAYS), *MIDDLES])
 def test_points_of_a_stiff_skin(slab, method, speed, way):
     """The speed comes back within 0.5 %."""
     data, near = slab
@@ -81,7 +83,7 @@ def test_points_of_a_stiff_skin(slab, method, speed, way):
     assert np.linalg.norm(found) == pytest.approx(speed * np.linalg.norm(WAYS[way]), rel=5e-3)
 
 
-@pytest.mark.parametrize("speed", SPEEDS)
+@pytest.mark.parametrize("speed", [*ENDS, pytest.param(MIDDLE_SPEED, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("method", FIXED)
 def test_fixed_steps_on_a_stiff_skin(slab, method, speed):
     """A step of a sixtieth of the contact: within 1 %."""

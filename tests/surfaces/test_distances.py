@@ -1,5 +1,7 @@
 """Signed distances of the shapes: closed forms at chosen points, and derivatives against differences."""
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
@@ -23,11 +25,16 @@ SHAPES = {
 }
 
 
+@lru_cache(maxsize=1)
+def packed(shape):
+    """Return the numbers of a shape: points come one after the other."""
+    return fmb.Surface("s", marker="b.m", shape=shape).packed
+
+
 def distance(shape, z):
     """Return distance, gradient and second derivative at a point."""
-    data = fmb.Surface("s", marker="b.m", shape=shape).packed
     n, H = np.empty(3), np.empty((3, 3))
-    return signed_distance(data, 0, np.asarray(z, float), np.inf, n, H), n, H
+    return signed_distance(packed(shape), 0, np.asarray(z, float), np.inf, n, H), n, H
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,8 @@ MOST = 3
 """Models of a script that are compared: variants of one mechanism say little more. Scripts of the high-lift system load
 the model files, which are compared below, with other parameters: one of each."""
 OTHERS = (fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri())
+LONG = ("highlift/wing_driven.toml", "highlift/shaft_ruptures.toml", "highlift/station_4_jams.toml")
+"""Files whose parts are compared by default as well: the wing, the line of shafts, the driven stations and slats."""
 MEASURE = {"spread": 5e-4, "strain": 1e-6}
 """Of the random states: small enough for rollers at the ends of their tracks and for stiff supports."""
 
@@ -49,6 +51,10 @@ FILES = [
 
 def name(path: Path) -> str:
     return str(path.relative_to(EXAMPLES))
+
+
+def long(path: Path):
+    return pytest.param(path, marks=pytest.mark.slow)
 
 
 class _Enough(Exception):
@@ -133,7 +139,7 @@ def test_models_of_a_script(path, monkeypatch, tmp_path, rng):
         assert_agreement(model, rng)
 
 
-@pytest.mark.parametrize("path", FILES, ids=name)
+@pytest.mark.parametrize("path", [file if name(file) not in LONG else long(file) for file in FILES], ids=name)
 def test_models_of_a_file(path, rng):
     model = fmb.load_model(path)
     for each in (model, *later_models(model)):
