@@ -8,6 +8,9 @@ import pytest
 
 import flexmb as fmb
 from flexmb.errors import FlexmbError, IntegrationError, ModelError
+from flexmb.integrate.runs.arrival import arrived
+from flexmb.integrate.runs.outcome import Outcome
+from flexmb.system import compile
 
 INTEGRATORS = [fmb.GeneralizedAlpha(), fmb.GeneralizedAlpha(step=1e-3), fmb.IDA()]
 NAMES = ["alpha adaptive", "alpha", "IDA"]
@@ -183,6 +186,35 @@ def pushed(force, displacement=None) -> fmb.Model:
         joints=[*rail, *drive],
         forces=[] if force is None else [fmb.PointLoad("push", marker="mass.center", force=(0, 0, force))],
     )
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [fmb.GeneralizedAlpha(), fmb.GeneralizedAlpha(step=1e-3), fmb.IDA(), fmb.Implicit(), fmb.Explicit()],
+)
+@pytest.mark.parametrize("at", [0.5, 0.52])
+def test_no_run_goes_on_behind_an_infinite_force(integrator, at):
+    """The integral of 1/(t - 0.5) has no value there. Steps ended a rounding before it, and began anew behind it."""
+    model = pushed(fmb.expression(f"1/(t - {at})"))
+    named = rf"Force 'push' on Body 'mass': its force and moment are \[nan nan -?inf .* from t = {at} s on"
+    with pytest.raises(IntegrationError, match=named) as caught:
+        fmb.simulate(model, 1.0, samples=11, integrator=integrator)
+    reached = caught.value.solution.t
+    assert np.array_equal(reached, np.linspace(0.0, 1.0, 11)[: len(reached)])
+    assert reached[-1] == pytest.approx(0.4 if at == 0.5 else 0.5)
+    with fmb.stepper(model, integrator=integrator) as run:
+        run.advance(to=at - 0.1)
+        with pytest.raises(IntegrationError, match=named):
+            run.advance(to=at + 0.02)
+
+
+def test_a_step_that_ends_a_rounding_before_its_sample_is_that_sample():
+    system = compile(pushed(1.0))
+    short, marks = np.array([0.1, 0.2 - 2e-14]), np.array([0.1, 0.2, 0.3])
+    rows = {"t": short, **{name: np.zeros((2, getattr(system, f"n{name}"))) for name in "qu"}, "a": np.zeros((2, 6))}
+    outcome = arrived(system, Outcome(rows=rows), marks)
+    assert not outcome.failure
+    assert outcome.rows["t"].tolist() == [0.1, 0.2]
 
 
 @pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.IDA(), fmb.Implicit(), fmb.Explicit()])

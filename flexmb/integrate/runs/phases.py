@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.errors import CompileError, IntegrationError, ModelError
 from flexmb.integrate.runs.added_error import started_again, tell_of
 from flexmb.integrate.runs.after_event import assembled_after
+from flexmb.integrate.runs.arrival import arrived
 from flexmb.integrate.runs.block_start import BlockStart
 from flexmb.integrate.runs.breaks import jumps_at_once, just_after
 from flexmb.integrate.runs.chatter import chattering
@@ -208,6 +209,7 @@ class Phases:
                 if watch.events:
                     self.block_start.keep(self.variables, marks, first)
                 outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
+                outcome = arrived(system, outcome, marks[first:])
                 self.kept.require_half_turns(outcome.rows, getattr(self.variables, "switching", None))
                 rows = {**outcome.rows, "works": outcome.rows["works"] + works}
                 if (first in anew or (late and first == 0)) and len(rows["t"]):

@@ -13,6 +13,7 @@ from flexmb.errors import IntegrationError
 from flexmb.integrate.runs import contradiction, inversion
 from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
 from flexmb.integrate.runs.after_event import assembled_after
+from flexmb.integrate.runs.arrival import arrived
 from flexmb.integrate.runs.block_start import copied, scratch, shared
 from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
 from flexmb.integrate.runs.chatter import chattering
@@ -154,6 +155,7 @@ class SteppedPhase:
         samples = np.array([self.t, mark])
         while not len(rows["t"]):
             outcome = self.integrator.run(self.system, self.work, self.variables, samples, 1, 2, PATIENCE)
+            outcome = arrived(self.system, outcome, samples[1:])
             rows = outcome.rows
             if outcome.failure:
                 known = rows if len(rows["t"]) else self.last

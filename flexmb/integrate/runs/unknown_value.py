@@ -38,7 +38,8 @@ def unknown_value(system, q: np.ndarray, u: np.ndarray, begin: float, end: float
     begin, end : float, s
         Its time, and that which the run tried to reach.
     """
-    model, times = system.model, np.linspace(begin, end, LOOKS + 1)
+    poles = system.signal_times.between(begin, end).breaks  # 1/(t - 0.52) has no value at one time alone
+    model, times = system.model, np.union1d(np.linspace(begin, end, LOOKS + 1), poles[(poles > begin) & (poles < end)])
     for joint in model.joints:
         given = [getattr(joint, name, None) for name in ("angle", "displacement")] if joint.prescribes else []
         for signal in given:
