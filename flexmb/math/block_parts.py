@@ -47,10 +47,13 @@ def parts_of(p: BlockPattern) -> Parts:
         return k
 
     for block in range(n_blocks):
-        for s in range(p.step_start[block], p.step_start[block + 1]):
-            a, b = find(int(p.source[s])), find(block)
-            if a != b:
-                root[a] = b
+        # a block may read others that do not read it
+        columns = range(p.segment_start[block], p.segment_start[block + 1])
+        for s in columns:
+            for other in range(p.row_block[p.column[s]], p.row_block[p.column[s] + p.length[s] - 1] + 1):
+                a, b = find(other), find(block)
+                if a != b:
+                    root[a] = b
     roots = np.array([find(k) for k in range(n_blocks)], np.int64)
     _, of_block = np.unique(roots, return_inverse=True)
     count = int(of_block.max()) + 1 if n_blocks else 0

@@ -96,7 +96,9 @@ def elimination(p: BlockPattern) -> str:
     after = np.bincount(p.source, minlength=len(sizes))
     ends = np.concatenate([[0], np.cumsum(p.length)])
     wide = ends[p.segment_start[1:]] - ends[p.own_segment + 1]
-    count = float(np.sum(sizes**3 / 3.0 + sizes * wide * (sizes + wide)))
+    rows, behind = np.repeat(sizes, np.diff(p.step_start)), sizes[p.source]
+    count = np.sum(sizes**3 / 3.0 + 0.5 * sizes**2 * wide)
+    count = float(count + np.sum(rows * behind * (0.5 * behind + wide[p.source])))
     most = int(after.max(initial=0))
     how = "recursion from the leaves" if most <= PARENT else f"sparse order, at most {most} blocks coupled by one,"
     return f"{how} over {len(sizes)} blocks, {count:.3g} multiplications"

@@ -107,16 +107,17 @@ PAIR = np.dtype(
         ("D", float, (12, 12)),  # -d(wrenches)/d(twists), in W
         ("a", np.int64),
         ("b", np.int64),
-        ("iS", np.int64),  # first entry in work.pair_rows of the positions of aa, ab, ba, bb: by row, by block
-        ("active", np.int64),  # STIFF if kernels write K, DAMPED if also D, 0 if neither, DIRECT if they write to S
+        ("iS", np.int64),  # first entry in work.pair_rows of the positions of aa, ab, ba, bb (or ab): by row, by block
+        ("active", np.int64),  # STIFF if kernels write K, DAMPED if also D, 0 if neither, less if they write to S
     ],
     align=True,
 )
 """Two markers between which wrenches depend on relative position or velocity."""
 
-STIFF, DAMPED, DIRECT = 1, 2, -1
+STIFF, DAMPED, DIRECT, ONE_WAY = 1, 2, -1, -2
 """What kernels write of a pair: stiffness only (constraints), stiffness and damping (forces), or nothing, because they
-write to the iteration matrix at its places themselves (rates of states)."""
+write to the iteration matrix at its places themselves (rates of states); of a pair that is one-way the rows of a in the
+columns of b alone have places."""
 
 
 INTEGRALS = 2

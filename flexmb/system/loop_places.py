@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.constraints.measured_kernels import WHATS
-from flexmb.math.tables import DIRECT
+from flexmb.math.tables import DIRECT, ONE_WAY
 
 __all__ = ["LoopPlaces"]
 
@@ -30,15 +30,18 @@ class LoopPlaces:
         Markers that move atoms.
     read : list of lists of int
         The atoms on which every program depends.
+    both_sides : bool
+        Give what is read a place in the rows of what reads it and the other way round, as the mass matrix has them.
     """
 
-    def __init__(self, compiler, atoms: np.ndarray, legs: tuple[int, ...], read: list[list[int]]):
+    def __init__(self, compiler, atoms: np.ndarray, legs: tuple[int, ...], read: list[list[int]], both_sides: bool):
         self.compiler, self._atoms, self._read = compiler, atoms, read
         self._starts = np.cumsum([0, *map(len, read)]).tolist()
         self._sides = [
             [(side, legs[leg]) for side, leg in enumerate((atom["leg_a"], atom["leg_b"])) if leg >= 0] for atom in atoms
         ]
         self._first_pair = len(compiler.pairs)
+        self._one_way = DIRECT if both_sides else ONE_WAY
         self._own: list[tuple[int, int]] = []
         self._of_own: list[tuple[int, int, int, int]] = []
         self._acts: list[tuple[int, int, int, int]] = []
@@ -64,7 +67,7 @@ class LoopPlaces:
                 for side, other in self._sides[a]:
                     if component >= 0 and self._atoms[a]["what"] == _STATE:
                         place = marker, component, other, int(self._atoms[a]["axis"])
-                        self._own.append((number, self.compiler.pair(marker, other, DIRECT)))
+                        self._own.append((number, self.compiler.pair(marker, other, self._one_way)))
                         self._of_own.append(place)
                     else:
                         by_marker.setdefault(other, []).append((number, a, side))
@@ -74,7 +77,9 @@ class LoopPlaces:
         for other, terms in by_marker.items():
             if self._velocities(other):
                 self._terms += terms
-                self._of_blocks.append((marker, self.compiler.pair(marker, other, DIRECT)))
+                of_states = component >= 0 or all(self._atoms[a]["what"] == _STATE for _, a, _ in terms)
+                writes = self._one_way if of_states else DIRECT
+                self._of_blocks.append((marker, self.compiler.pair(marker, other, writes)))
                 self._blocks.append((other, -1, len(self._terms)))
         if len(self._blocks) > first:
             self._acts.append((marker, component, channel, len(self._blocks)))
@@ -111,7 +116,7 @@ class LoopPlaces:
             own[2 * k + 1] = pair_rows[start + self._within(marker, i)] + self._within(other, j)
         for k, ((other, _, _), (marker, pair)) in enumerate(zip(self._blocks, self._of_blocks, strict=True)):
             blocks[3 * k + 1] = _begins(markers, pairs[pair], marker, other)
-        only = pairs["active"][self._first_pair : self._last_pair] == DIRECT
+        only = pairs["active"][self._first_pair : self._last_pair] <= DIRECT
         return self._first_pair if self._last_pair == len(pairs) and np.all(only) else len(pairs)
 
     def _velocities(self, marker: int) -> int:
@@ -125,6 +130,6 @@ class LoopPlaces:
 
 def _begins(markers: np.ndarray, pair: np.void, a: int, b: int) -> int:
     """Return where the places of the rows of marker a in the columns of b begin among all places of pairs."""
-    if a == b:
+    if a == b or pair["active"] == ONE_WAY:
         return int(pair["iS"])
     return int(pair["iS"] + markers["nu"][a] * (markers["nu"][a] // markers["width"][a]))

@@ -46,7 +46,7 @@ def loop_row(loops, used: int) -> dict[str, Any]:
     held = [number for hold in loops.holds for number in (*hold.branches, hold.clock) if number >= 0]
     for slot, *_ in (*loops.rates, *loops.channels):
         _require_explicit(loops, read[slot])
-    places = loops.places = LoopPlaces(compiler, rows, legs, read)
+    places = loops.places = LoopPlaces(compiler, rows, legs, read, loops.follows_accelerations)
     for slot, marker, component in loops.rates:
         places.add(slot, marker, component=component)
     for channel, (slot, marker) in enumerate(loops.channels):

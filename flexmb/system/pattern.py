@@ -13,17 +13,20 @@ leaves to the last joint. The order with fewer multiplications is used.
 
 States of controllers are many blocks of one or two rows, and what a block costs by itself is more than their
 multiplications: neighbours in the order that share columns become one block (relaxed supernodes, Ashcraft & Grimes,
-The influence of relaxed supernode partitions on the multifrontal method, ACM TOMS 15, 1989).
+The influence of relaxed supernode partitions on the multifrontal method, ACM TOMS 15, 1989). States that only states
+read go before all else, see `flexmb.system.one_way`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from heapq import heapify, heappop, heappush
 from itertools import combinations
 
 import numpy as np
 
 from flexmb.math.block_pattern import PARENT, BlockPattern
+from flexmb.system.one_way import both_ways, filled, states_first
 
 __all__ = ["block_pattern", "cheapest_order", "elimination_order", "joined_blocks", "multiplications"]
 
@@ -113,13 +116,16 @@ def multiplications(sizes: list[int], order: list[int], after: list[list[int]]) 
     """Return how many multiplications an elimination takes."""
     count = 0.0
     for node, later in zip(order, after, strict=True):
-        count += _of_block(sizes[node], sum(sizes[k] for k in later))
+        width = sum(sizes[k] for k in later)
+        count += _of_block(sizes[node], width, width)
     return count
 
 
-def _of_block(size: int, width: int) -> float:
-    """Return how many multiplications a block of so many rows takes that has so many columns behind its own."""
-    return size**3 / 3.0 + size * width * (size + width)
+def _of_block(size: int, width: int, readers: int) -> float:
+    """Return how many multiplications a block of so many rows takes that has so many columns behind its own, which so
+    many later rows read.
+    """
+    return size**3 / 3.0 + size * (0.5 * size * (width + readers) + width * readers)
 
 
 def cheapest_order(
@@ -141,23 +147,7 @@ def joined_blocks(
 
     `states` : nodes that may share a block with those beside them.
     """
-    groups: list[list[int]] = []
-    laters: list[set[int]] = []
-    for node, nodes in zip(order, after, strict=True):
-        later = set(nodes)
-        if groups and node in states and groups[-1][-1] in states:
-            before = laters[-1]
-            known, both = before & later, (before | later) - {node}
-            rows = sum(sizes[k] for k in groups[-1])
-            widths = [sum(sizes[k] for k in some) for some in (before, later, both)]
-            more = _of_block(rows + sizes[node], widths[2]) - _of_block(rows, widths[0])
-            more -= _of_block(sizes[node], widths[1])
-            if (known or node in before) and more < OF_A_BLOCK * (1 + len(known) + (node in before)):
-                groups[-1].append(node)
-                laters[-1] = both
-                continue
-        groups.append([node])
-        laters.append(later)
+    groups, laters = _grouped(sizes, order, after, after, states)
     block_of = {node: k for k, group in enumerate(groups) for node in group}
     later_blocks = [{block_of[node] for node in later} for later in laters]
     if len(groups) < len(order):
@@ -167,8 +157,52 @@ def joined_blocks(
     return groups, [sorted(later) for later in later_blocks]
 
 
+def _grouped(sizes, order, after, readers, states: range) -> tuple[list[list[int]], list[set[int]]]:
+    """Return the nodes of every block, and the later nodes of each; `readers` : later nodes that read a node."""
+    groups: list[list[int]] = []
+    laters: list[set[int]] = []
+    read_by: list[set[int]] = []
+
+    def multiplications_of(rows: int, later: set[int], by: set[int]) -> float:
+        return _of_block(rows, sum(sizes[k] for k in later), sum(sizes[k] for k in by))
+
+    for node, later_nodes, by_nodes in zip(order, after, readers, strict=True):
+        later, by = set(later_nodes), set(by_nodes)
+        if groups and node in states and groups[-1][-1] in states:
+            before, by_before = laters[-1], read_by[-1]
+            both, by_both, shared = (before | later) - {node}, (by_before | by) - {node}, by_before & by
+            rows = sum(sizes[k] for k in groups[-1])
+            more = multiplications_of(rows + sizes[node], both, by_both)
+            more -= multiplications_of(rows, before, by_before) + multiplications_of(sizes[node], later, by)
+            alike = shared or (before & later) or node in before or node in by_before
+            if alike and more < OF_A_BLOCK * (1 + len(shared) + (node in by_before)):
+                groups[-1].append(node)
+                laters[-1], read_by[-1] = both, by_both
+                continue
+        groups.append([node])
+        laters.append(later)
+        read_by.append(by)
+    return groups, laters
+
+
+def _one_way_blocks(sizes: list[int], n_bodies: int, reads: list[set[int]], waiting: set[int], states: range):
+    """Return the nodes of every block, in the order of elimination, and the earlier and later blocks in its rows."""
+    left = [set(columns) for columns in reads]
+    first, later, readers = states_first(sizes, states, left)
+    order, after = cheapest_order(sizes, n_bodies, both_ways(left, first), waiting)
+    rest = [(node, columns) for node, columns in zip(order, after, strict=True) if node not in set(first)]
+    groups = _grouped(sizes, first, later, readers, states)[0]
+    groups += joined_blocks(sizes, [node for node, _ in rest], [columns for _, columns in rest], states)[0]
+    return groups, *filled(groups, reads)
+
+
 def block_pattern(
-    unknowns: list[list[int]], n_bodies: int, neighbours: list[set[int]], waiting: set[int], states: range = range(0)
+    unknowns: list[list[int]],
+    n_bodies: int,
+    neighbours: list[set[int]],
+    waiting: set[int],
+    states: range = range(0),
+    ways: Sequence[tuple[int, int]] = (),
 ):
     """Return the pattern of the factors and ``place``: a function (node, node) -> positions of the rows in S.
 
@@ -182,17 +216,23 @@ def block_pattern(
         Joints that are eliminated after all their bodies.
     states : range
         Nodes below `n_bodies` that are states.
+    ways : sequence of (int, int)
+        Nodes with rows that have columns of another one, and not the other way round.
     """
     widths = [len(node) for node in unknowns]
-    order, after = cheapest_order(widths, n_bodies, neighbours, waiting)
-    # from here on blocks are numbered by their place in the order, so that what is appended in turn is sorted
-    groups, later = joined_blocks(widths, order, after, states)
+    # blocks are numbered by their place in the order, so that what is appended in turn is sorted
+    if ways:
+        for row, column in ways:
+            neighbours[row].add(column)
+        groups, earlier, later = _one_way_blocks(widths, n_bodies, neighbours, waiting, states)
+    else:
+        groups, later = joined_blocks(widths, *cheapest_order(widths, n_bodies, neighbours, waiting), states)
+        earlier = [[] for _ in groups]
+        for k, others in enumerate(later):
+            for other in others:
+                earlier[other].append(k)
     position = {node: k for k, group in enumerate(groups) for node in group}
     within = {node: sum(widths[other] for other in group[:k]) for group in groups for k, node in enumerate(group)}
-    earlier: list[list[int]] = [[] for _ in groups]
-    for k, others in enumerate(later):
-        for other in others:
-            earlier[other].append(k)
     sizes = [sum(widths[node] for node in group) for group in groups]
     first = np.concatenate([[0], np.cumsum(sizes)])
     width, segment_start, column, length = [], [0], [], []

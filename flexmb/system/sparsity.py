@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.math.block_pattern import stored
-from flexmb.math.tables import EQUATION, LEG, PAIR
+from flexmb.math.tables import EQUATION, LEG, ONE_WAY, PAIR
 from flexmb.system.pattern import block_pattern
 
 __all__ = ["sparsity"]
@@ -123,8 +123,14 @@ class _Nodes:
         moving = next(node for node in nodes if node not in gaps)
         return [moving if node in gaps else node for node in nodes]
 
+    def ways(self) -> list[tuple[int, int]]:
+        """Return the nodes with rows that have columns of another one, and not the other way round."""
+        pairs = [(a, b) for a, b, active in self.of.pairs if active == ONE_WAY]
+        found = [(i, j) for a, b in pairs for i, j in product(self.of_marker[a], self.of_marker[b]) if i != j]
+        return list(dict.fromkeys(found))
+
     def neighbours(self) -> list[set[int]]:
-        """Return the adjacency."""
+        """Return the adjacency of what has places on both sides."""
         found: list[set[int]] = [set() for _ in self.unknowns]
 
         def connect(i, j):
@@ -138,7 +144,7 @@ class _Nodes:
             for node in self.of_marker[marker]:
                 connect(node, self.of_equation[equation])
         for a, b, active in self.of.pairs:
-            if active is not None:
+            if active not in (None, ONE_WAY):
                 nodes = self.of_marker[a] + self.of_marker[b]
                 for i, j in product(nodes, nodes):
                     connect(i, j)
@@ -199,7 +205,7 @@ def _pairs(nodes: _Nodes, place):
         if active is None:
             continue
         ends = nodes.of_marker[a], nodes.of_marker[b]
-        for rows, columns in product(ends, ends):
+        for rows, columns in (ends,) if active == ONE_WAY else product(ends, ends):
             if rows and columns:
                 for i in rows:
                     positions.append(np.stack([place(i, j) for j in columns], axis=1).ravel())
@@ -226,7 +232,9 @@ def _made(of: Structure):
     """Make pattern and tables of a structure."""
     nodes = _Nodes(of)
     states = range(nodes.of_bodies, nodes.n_blocks)
-    pattern, place = block_pattern(nodes.unknowns, nodes.n_blocks, nodes.neighbours(), nodes.waiting, states)
+    pattern, place = block_pattern(
+        nodes.unknowns, nodes.n_blocks, nodes.neighbours(), nodes.waiting, states, nodes.ways()
+    )
     nu = of.iu[-1]
     rows, widths = _rows(nodes, nu, place)
     equations, within = _equations(nodes, nu, place)

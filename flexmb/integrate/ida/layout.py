@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 
 from flexmb.integrate.ida.stabilised import Stabilised
+from flexmb.math.tables import ONE_WAY
 
 __all__ = ["layout"]
 
@@ -25,8 +26,9 @@ def _block_entries(system) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             used[at : at + width] = True
     for pair in tables["pairs"]:
         ends = [(int(markers[pair[side]]["nu"]), int(markers[pair[side]]["width"])) for side in "ab"]
-        start = pair["iS"]
-        for rows, (columns, width) in product([size for size, _ in ends], ends):
+        start, sides = pair["iS"], [size for size, _ in ends]
+        blocks = ((sides[0], ends[1]),) if pair["active"] == ONE_WAY else product(sides, ends)
+        for rows, (columns, width) in blocks:
             if pair["active"] and rows and columns:
                 count = rows * (columns // width)
                 for at in tables["pair_rows"][start : start + count]:
