@@ -185,7 +185,9 @@ def _grouped(sizes, order, after, readers, states: range) -> tuple[list[list[int
     return groups, laters
 
 
-def _one_way_blocks(sizes: list[int], n_bodies: int, reads: list[set[int]], waiting: set[int], states: range):
+def _one_way_blocks(
+    sizes: list[int], n_bodies: int, reads: list[set[int]], waiting: set[int], states: range
+) -> tuple[list[list[int]], list[list[int]], list[list[int]]]:
     """Return the nodes of every block, in the order of elimination, and the earlier and later blocks in its rows."""
     left = [set(columns) for columns in reads]
     first, later, readers = states_first(sizes, states, left)
@@ -193,7 +195,8 @@ def _one_way_blocks(sizes: list[int], n_bodies: int, reads: list[set[int]], wait
     rest = [(node, columns) for node, columns in zip(order, after, strict=True) if node not in set(first)]
     groups = _grouped(sizes, first, later, readers, states)[0]
     groups += joined_blocks(sizes, [node for node, _ in rest], [columns for _, columns in rest], states)[0]
-    return groups, *filled(groups, reads)
+    earlier, after_all = filled(groups, reads)
+    return groups, earlier, after_all
 
 
 def block_pattern(
@@ -222,8 +225,8 @@ def block_pattern(
     widths = [len(node) for node in unknowns]
     # blocks are numbered by their place in the order, so that what is appended in turn is sorted
     if ways:
-        for row, column in ways:
-            neighbours[row].add(column)
+        for reader, read in ways:
+            neighbours[reader].add(read)
         groups, earlier, later = _one_way_blocks(widths, n_bodies, neighbours, waiting, states)
     else:
         groups, later = joined_blocks(widths, *cheapest_order(widths, n_bodies, neighbours, waiting), states)
