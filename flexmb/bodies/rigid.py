@@ -27,7 +27,8 @@ from flexmb.model.table import Table
 __all__ = ["RigidBody"]
 
 SINGLE = 1e-6
-"""Share of the root of two moments of inertia by which J_xy and J_yx may differ: rounding to 32 bits leaves 1e-7."""
+"""Share of the root of two moments of inertia by which J_xy and J_yx may differ, and of the second moment by which the
+least may be below zero: rounding to 32 bits leaves 1e-7."""
 
 ROW = np.dtype(
     [
@@ -241,7 +242,10 @@ class RigidBody(Body):
         object.__setattr__(self, "center_of_mass", vector3(self.center_of_mass, self.title, "center_of_mass"))
         check_frame(self)
         J = _tensor(self.title, self.inertia)
-        principal = np.linalg.eigvalsh(J)
+        principal, axes = np.linalg.eigh(J)
+        if -SINGLE * principal[1] <= principal[0] < 0.0:  # no inertia about an axis that is turned, but for rounding
+            principal[0] = 0.0
+            J = _tensor(self.title, (axes * principal) @ axes.T)
         if principal[0] < 0.0 or principal[2] > (principal[0] + principal[1]) * (1.0 + 1e-6) + 1e-300:
             raise ModelError(
                 self.title,

@@ -20,6 +20,8 @@ SINGULAR = 1e-12
 """Singular values of a body's mass matrix below this, with its diagonal scaled to one, count as zero."""
 FLOOR = 1e-8
 """Added inertia, relative to the body's own, or to all bodies' if it has none."""
+ROUNDING = 1e-12
+"""Change of an equation by a motion, of that by the strongest motion of the body, that is rounding."""
 HELD = 1e-9
 """How far the joints must hold a massless motion, relative to its strongest hold."""
 
@@ -95,7 +97,12 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
         places += [(u.start + k, rows[u.start + k] + k) for k in range(frame)]
         values += list(FLOOR * floor[:frame])
         kernel = V[s <= SINGULAR * max(1.0, s[0])]
-        motions += [(u.start + int(np.argmax(np.abs(way))), G[:, u] @ (way / np.sqrt(floor))) for way in kernel]
+        scaled = G[:, u] @ sparse.diags_array(1.0 / np.sqrt(floor))
+        rounding = ROUNDING * sparse.linalg.norm(scaled, axis=1)  # of a massless axis that is turned in space
+        for way in kernel:
+            change = scaled @ way
+            change[np.abs(change) <= rounding] = 0.0
+            motions.append((u.start + int(np.argmax(np.abs(way))), change))
     return np.array(places, np.int64).reshape(-1, 2), np.array(values, float), _loose(motions)
 
 

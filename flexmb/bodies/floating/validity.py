@@ -1,6 +1,6 @@
 """How far a floating body is from what its linear reduction holds for: deformation, load and speed.
 
-Four numbers, each 1 at the limit:
+Five numbers, each 1 at the limit:
 
 - deformation: largest nodal displacement relative to `DEFORMATION` of the body's size; beyond, linear strain and the
   first-order kinematics of the markers err by percents;
@@ -8,6 +8,8 @@ Four numbers, each 1 at the limit:
   singular: the buckling load of the reduced body in its frame (free for the mean frame: joints are no part of it);
 - left out: change of stiffness by the present loads where the reduction has no geometric stiffness, relative to
   `CHANGE`; beside it the part of it that softens, relative to all of the stiffness: 1 where the body buckles;
+- inner inertia: change of stiffness that vibration inside the body seems to make where its frame is clamped to an
+  interface, relative to `INNER`; none in the mean frame;
 - speed: angular velocity relative to the frequency of the highest retained mode; beyond, the centrifugal field changes
   the body in shapes that were left out.
 """
@@ -20,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.bodies.floating.inner_inertia import INNER, InnerInertia
 from flexmb.bodies.floating.left_out import LeftOut
 from flexmb.bodies.floating.row import ROW, mean_motion, stiffness_matrices
 from flexmb.bodies.floating.stiffness import load_scales, mean_acceleration
@@ -104,9 +107,11 @@ class _Limits:
         self.highest = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, data.stiffness))).max()))
         G = stiffness_matrices(bulk, *(row[name] for name in ("elastic", "modes", "loads", "turning", "stiffening")))[4]
         self.G = G.swapaxes(0, 1)
-        if len(self.G):
+        clamped = data.frame != "buckens"
+        if len(self.G) or clamped:
             w, vectors = np.linalg.eigh(data.stiffness)
             self.inverse = (vectors / np.sqrt(np.maximum(w, 1e-12 * w[-1]))).T  # inverse @ K @ inverse^T = I
+        self.inner = InnerInertia(row, bulk, self.inverse) if clamped else None
         interfaces = [f"interface '{name}'" for name in data.marker_names[: data.n_interfaces]]
         self.causes = (
             12 * ["acceleration"]
@@ -190,6 +195,8 @@ class FloatingWatch:
             yield body.title, "deformation", place, everything, share.max(axis=1) / DEFORMATION
             values, cause = body.load(scales[:, self.first[n] : self.first[n + 1]])
             yield body.title, "load", f"most of it from {cause}" if cause else "", looks, values
+            if body.inner is not None:
+                yield body.title, "inner inertia", "", looks, body.inner.share(rows["a"][looks]) / INNER
             if n in left_out:
                 changes, causes, losses = zip(*left_out[n])
                 cause = causes[int(np.argmax(changes))]
