@@ -81,7 +81,7 @@ def test_linear_table():
 def test_spline_that_swings_beyond_its_points_is_told(x, y, reached):
     with pytest.warns(ValidityWarning, match=f"its cubic spline reaches {reached:.3g}"):
         told = table(x, y)
-    values = [told.sample(t)[0] for t in np.linspace(x[0], x[-1], 4001)]
+    values = [told.sample(t)[0] for t in np.linspace(x[0], x[-1], 401)]  # with the vertex
     np.testing.assert_allclose(max(values, key=abs), reached, rtol=1e-6)
 
 

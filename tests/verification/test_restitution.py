@@ -63,7 +63,7 @@ def test_the_last_bounces_end(rule, e, h, m):
         forces=[fmb.SurfaceContact("c", surfaces=("floor", "b"), law=fmb.Rigid(restitution=e, rule=rule))],
         sensors=[fmb.Velocity("v", marker="b.center")],
     )
-    solution = fmb.simulate(model, 1.5 * end, integrator=fmb.MoreauJean(step=end / 2000), samples=601)
+    solution = fmb.simulate(model, 1.1 * end, integrator=fmb.MoreauJean(step=end / 2000), samples=441)
     moving = solution.t[np.abs(np.asarray(solution["v"])[:, 2]) > 1e-9]
     assert 0.96 * end < moving[-1] < 1.001 * end
 
