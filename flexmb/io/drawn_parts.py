@@ -130,13 +130,15 @@ def _bodies(model, body, e, skin_only):
 
 
 def _surfaces(model, e):
-    """Yield the surfaces that can touch; of a half-space a square as large as the model."""
+    """Yield the surfaces that can touch; of a half-space a square as large as the model, and than any of them."""
     taken = {body.name for body in model.bodies}
+    reaches = [own.shape.reach for own in model.surfaces if hasattr(own, "shape")]
+    half = max(50.0 * e, 2.0 * max((reach for reach in reaches if np.isfinite(reach)), default=0.0))
     for own in model.surfaces:
         if not hasattr(own, "shape"):  # a skin: its body is drawn
             continue
         points, triangles = own.shape.drawing()
-        points = points if np.isfinite(own.shape.reach) else 50.0 * e * points
+        points = points if np.isfinite(own.shape.reach) else half * points
         drawn = solids.Surface(*with_sharp_edges(points, np.asarray(triangles)), np.zeros((0, 4), int))
         name = f"{own.name}_surface" if own.name in taken else own.name
         look = "rigid" if model.marker(own.marker)[0].n_velocities else "supports"

@@ -7,6 +7,7 @@ from tolerances import MACHINE
 import flexmb as fmb
 from flexmb import io
 from flexmb.errors import ModelError
+from flexmb.io.drawn_parts import drawn_parts
 from flexmb.io.scene import Scene
 from flexmb.io.shape_surfaces import shape_surface
 
@@ -104,3 +105,16 @@ def test_they_survive_files_and_placing(model):
 def test_messages(make, message):
     with pytest.raises(ModelError, match=message):
         make()
+
+
+def test_a_half_space_is_drawn_larger_than_what_stands_on_it():
+    """Of a model without extent but for its surfaces, too: a box of 0.2 m hid a floor of 0.1 m."""
+    model = fmb.Model(
+        bodies=[fmb.Ground(), fmb.RigidBody.box("box", density=1700.0, size=(0.2, 0.1, 0.06), at=(0, 0, 0.03))],
+        surfaces=[
+            fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane()),
+            fmb.Surface("sides", marker="box.center", shape=fmb.Cuboid(size=(0.2, 0.1, 0.06))),
+        ],
+    )
+    drawn = {part.name: np.ptp(part.points, axis=0) for part in drawn_parts(model, 0.05)}
+    assert np.all(drawn["floor"][:2] > 1.5 * drawn["sides"].max())
