@@ -95,7 +95,13 @@ class Function(Block):
     def _derivatives(self, t: float, x: np.ndarray) -> np.ndarray:
         """Return f and its derivatives (1 + n,)."""
         f, jacobian = self._function, self._jacobian  # type: ignore[attr-defined]
-        value = float(np.real(f(t, x)))
+        returned = f(t, x)
+        if np.shape(returned):
+            raise ValueError(
+                f"the function returns an array {np.shape(returned)} in the place of a number; x holds the values "
+                f"of all arguments ({len(x)}): read x[0], x[1], ..."
+            )
+        value = float(np.real(returned))
         if jacobian is not None:
             slopes = np.array(jacobian(t, x), float).reshape(len(x))
         else:

@@ -369,6 +369,12 @@ def test_functions_that_fail_are_named():
     assert len(caught.value.solution.t) >= 5
 
 
+def test_functions_of_the_array_are_told_what_it_is():
+    """x holds all arguments: what is computed of it as a whole is no number."""
+    with pytest.raises(fmb.CompileError, match=r"returns an array \(1,\) in the place of a number.*read x\[0\]"):
+        fmb.simulate(rail(fmb.Function(fmb.measured("x"), function=lambda t, x: 1.0 - 2.0 * x)), t_end=1.0)
+
+
 def test_compiled_functions():
     """A C function with its derivatives acts as the formula does."""
     from numba import cfunc, types
