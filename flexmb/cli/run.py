@@ -248,7 +248,7 @@ def summary(solution: fmb.Solution, folder: Path) -> str:
         lines += aligned([("sensor", "least", "greatest", "at the end"), *rows])
     if solution.shared_reactions:
         sensors = solution.model.sensors if solution.model is not None else ()
-        readers = [s.name for s in sensors if isinstance(s, fmb.Reaction) and s.joint in solution.shared_reactions]
+        readers = [s.name for s in sensors if s.reads_reactions and s.joint in solution.shared_reactions]
         lines.append(
             f"Reactions are not unique in the joints {', '.join(solution.shared_reactions)}: stiffness "
             "would decide how they share loads, and rigid bodies have none; the values of least norm are given"

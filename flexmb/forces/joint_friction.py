@@ -20,6 +20,8 @@ from flexmb.model.table import Table
 
 __all__ = ["JointFriction"]
 
+SLIGHT = 1e-6
+"""Of a multiplier, the share across the axis from which on it presses."""
 ROW = np.dtype(
     [
         ("x", COORDINATE),
@@ -191,6 +193,16 @@ class JointFriction(OnCoordinate):
     def slip_unit(self, model) -> str:
         """Return the unit of the joint's coordinate."""
         return "rad" if self.place(model)[0].kind == "turn" else "m"
+
+    def feels(self, system, work, equation: int) -> bool:
+        """Is it an equation that presses across the axis? Moments and forces along it do not count."""
+        coordinate, (first, second) = self.place(system.model)
+        axis = work.markers[system.marker_index[first]]["R"][:, 2 if coordinate.kind == "turn" else coordinate.axis]
+        row, number = work.equations[equation], system.marker_index[second]
+        legs = work.legs[row["leg"] : row["leg"] + row["legs"]]
+        presses = [leg["gradient"][:3] for leg in legs if leg["marker"] == number]
+        across = [np.linalg.norm(force - axis * (axis @ force)) > SLIGHT * np.linalg.norm(force) for force in presses]
+        return self.from_reaction and any(across)
 
     def record(self, compiler):
         """Return the row."""

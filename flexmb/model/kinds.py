@@ -289,6 +289,10 @@ class Force(Part):
         """Return what steps do not see of its law in a model."""
         return self.unseen
 
+    def feels(self, system, work, equation: int) -> bool:
+        """Does it change with the multiplier of an equation of its joint, if it reads reactions?"""
+        return True
+
     def slip_unit(self, model) -> str:
         """Return the unit, m or rad, of the way that its friction lets go what should stand; "" without it."""
         return ""

@@ -31,6 +31,7 @@ class Multiplier(Sensor):
     joint: str
 
     absent: ClassVar[float] = 0.0
+    reads_reactions: ClassVar[bool] = True
 
     def check(self, model) -> None:
         """Raise ModelError if the joint does not exist."""

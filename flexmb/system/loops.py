@@ -355,9 +355,9 @@ class Loops:
         return any(atom.sort == ACCELERATION for atom in self.atoms)
 
     @property
-    def follows_reactions(self) -> bool:
-        """Do signals, at sample times, follow reactions?"""
-        return any(atom.sort == REACTION for atom in self.atoms)
+    def follows_reactions(self) -> tuple[str, ...]:
+        """The joints whose reactions signals follow, at sample times."""
+        return tuple(dict.fromkeys(atom.part for atom in self.atoms if atom.sort == REACTION))
 
 
 def _called(signal: Signal) -> str:

@@ -84,8 +84,8 @@ class System:
         What distances and residuals are compared with; all 1 m before assembly.
     implicit : bool
         Forces may follow accelerations: these have their share in the mass matrix.
-    samples_reactions : bool
-        Samplers read reactions.
+    samples_reactions : tuple of str
+        Joints whose reactions samplers read.
     units : (nu,), 1/m or 1
         Makes increments of velocities comparable: displacements relative to the length of the assembly, and radians.
     """
@@ -98,7 +98,7 @@ class System:
     n_loads: int
     n_channels: int
     implicit: bool = False
-    samples_reactions: bool = False
+    samples_reactions: tuple[str, ...] = ()
     n_pairs: int
     size_J: int
     size_H: int

@@ -222,6 +222,7 @@ class Phases:
                         first, block = reached, max(1, min(block, 2 * (reached - first)))  # switches come in rows
                         continue
                     self.recorder.add(after)
+                    self.validity.look_at_shared(system, after)
                     return event, after, watch
                 try:
                     require_seen(system, self.variables)

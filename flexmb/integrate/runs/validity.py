@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb.errors import ValidityWarning
 from flexmb.integrate.runs.creep_watch import CreepWatch
+from flexmb.integrate.runs.shared_readers import SharedReaders
 from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix
 from flexmb.results import SHARED, Phase
@@ -81,6 +82,7 @@ class Validity:
         self._watches: list[Any] = []
         self._work: Any = None
         self._creep: Any = None
+        self._readers: Any = None
         self._since = since
         self._at_rest = at_rest
 
@@ -91,6 +93,7 @@ class Validity:
         if system is not self._system:
             self._begin(system)
         self._creep.look(rows)
+        self.look_at_shared(system, rows)
         beyond: dict[str, dict[str, tuple[str, float, str]]] = {}
         for watch in self._watches:
             for title, measure, place, samples, values in watch.measure(rows, lambda k: self._evaluated(rows, k)):
@@ -115,6 +118,14 @@ class Validity:
     def share(self, joints: list[str]) -> None:
         """Keep the joints whose reactions are not unique in a phase, each with its equations."""
         self.shared += [joint for joint in joints if joint not in self.shared]
+
+    def look_at_shared(self, system, rows: dict[str, np.ndarray]) -> None:
+        """Warn of what acts with reactions that are not unique, in rows that need be no samples."""
+        if system is not self._system:
+            self._begin(system)
+        if self._readers:
+            _, work = self._evaluated(rows, -1)
+            self.tell(self._readers.sentences(rows["lam"], work))
 
     def tell(self, sentences: list[str]) -> None:
         """Give the warnings that are new."""
@@ -150,7 +161,7 @@ class Validity:
         self.tell(self.creeps())  # of the phase before
         kinds = {type(body) for body in system.model.bodies if body.watch is not None}
         self._system, self._work = system, system.workspace()
-        self._creep = CreepWatch(system, self.sentences)
+        self._creep, self._readers = CreepWatch(system, self.sentences), SharedReaders(system)
         self._watches = [kind.watch([b for b in system.model.bodies if type(b) is kind], system) for kind in kinds]
         self.note([sentence for watch in self._watches for sentence in watch.notes])
 
