@@ -71,7 +71,7 @@ class SharedReaders:
 
 
 def _readers(system):
-    """Yield title, joint and force (None for what is no force) of what acts with the reactions of a joint."""
+    """Yield title, joint and force (None for others) of what acts with the reactions of a joint."""
     model = system.model
     for force in model.forces:
         if force.reads_reactions:
