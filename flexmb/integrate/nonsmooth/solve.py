@@ -75,6 +75,11 @@ def _velocities(p, v, xi):
         at += p.rows[i]
 
 
+def _is_slow(rate: float, residual: float, goal: float) -> bool:
+    """Will it take more than three looks until a residual, m/s, that shrinks by `rate` from look to look is small?"""
+    return not rate < 0.3 and (rate >= 1.0 or np.log(goal / residual) / np.log(rate) > 3.0)
+
+
 def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int, *, last: bool = False) -> Solved:
     """Find the impulses with which every contact obeys its laws to `goal`, m/s; `v` comes with the present ones.
 
@@ -115,7 +120,7 @@ def solve_contacts(p: Problem, parts, v: np.ndarray, goal: float, most: int, *, 
             break
         rate = residual / before if before > 0.0 else 1.0
         before = residual
-        slow = not rate < 0.3 and (rate >= 1.0 or np.log(goal / residual) / np.log(rate) > 3.0)
+        slow = _is_slow(rate, residual, goal)
         if slow and size > MANY and done - rushed >= AGAIN:
             made = accelerate(p, parts, v, 0.5 * goal, min(RUSH, most - done))
             done += made

@@ -31,7 +31,7 @@ from flexmb.integrate.runs.outlook import Outlook
 from flexmb.integrate.runs.phase_times import PhaseTimes, times_of_phase
 from flexmb.integrate.runs.prescribed_jumps import PrescribedJump, sentences_about, speeds_after
 from flexmb.integrate.runs.reasons import LASTING, divided_steps, failed_with, missed_times
-from flexmb.integrate.runs.record import Recorder, joined_rows
+from flexmb.integrate.runs.record import Recorder, counted_on, joined_rows
 from flexmb.integrate.runs.unknown_value import what_is_unknown
 from flexmb.integrate.runs.validity import Validity
 from flexmb.integrate.runs.watch import LOOKS, Watch, carried, next_phase
@@ -211,9 +211,7 @@ class Phases:
                 outcome = self.integrator.run(system, work, self.variables, marks, first, last, PATIENCE)
                 outcome = arrived(system, outcome, marks[first:])
                 self.kept.require_half_turns(outcome.rows, getattr(self.variables, "switching", None))
-                rows = {**outcome.rows, "works": outcome.rows["works"] + works}
-                if (first in anew or (late and first == 0)) and len(rows["t"]):
-                    rows["t"][0] = marks[first]  # the integrator began just after it
+                rows = counted_on(outcome.rows, works, marks[first], first in anew or (late and first == 0))
                 if found := self._first_event(watch, rows, last_row, times):
                     event, after = found
                     if isinstance(event, Switching):

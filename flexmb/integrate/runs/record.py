@@ -14,10 +14,18 @@ from flexmb.results.memory import Memory
 from flexmb.results.status import STORED
 from flexmb.results.written import FIELDS
 
-__all__ = ["Recorder", "joined_rows"]
+__all__ = ["Recorder", "counted_on", "joined_rows"]
 
 
 _BEFORE_AND_LAST = (slice(None, -1), slice(-1, None))
+
+
+def counted_on(rows: dict, works: np.ndarray, mark: float, begins: bool) -> dict:
+    """Return new rows with the works of the phase so far; where the run has begun just after a mark, from it on."""
+    counted = {**rows, "works": rows["works"] + works}
+    if begins and len(counted["t"]):
+        counted["t"][0] = mark
+    return counted
 
 
 def joined_rows(rows: Sequence[dict[str, np.ndarray]]) -> dict[str, Any]:
