@@ -34,6 +34,9 @@ METHODS = ("DOP853", "RK45", "Radau")
 FORMULATIONS = "Augmented(), NullSpace(), UdwadiaPhohomsiri(), Recursive(), Baumgarte()"
 
 
+LONGEST = 1e-3
+"""Differences by which Radau finds its matrix, relative to a coordinate, are no longer: SciPy makes them ten times as
+long with every matrix where nothing depends on the coordinate, until it is no number."""
 NOWHERE = 1e-30
 """Part of the time of the run below which a trial of a step leads nowhere: near t = 0 SciPy tries shorter ones, down to
 1e-323 s, where the state is at the end of the range of numbers."""
@@ -169,6 +172,10 @@ class _Run:
         while self.solver.status == "running":
             solver = self.solver
             before = solver.t, solver.y.copy()
+            if (
+                getattr(solver, "jac_factor", None) is not None
+            ):  # Radau: it grows with every matrix where nothing depends
+                np.minimum(solver.jac_factor, LONGEST, out=solver.jac_factor)
             try:
                 with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is seen below
                     message = solver.step()
