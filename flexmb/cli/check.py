@@ -22,12 +22,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     given = settings(arguments)
-    model = fmb.load_model(arguments.model, given, trust=arguments.trust)
+    file = fmb.io.OpenModelFile(arguments.model, trust=arguments.trust)
+    model = file.model(given)
     print(repr(model))
     report = fmb.check(model)
     print(report)
     if report.mobility > 0:
-        arguments.statics = rests = begins_at_rest(arguments, given)  # no remedy then
+        arguments.statics = rests = begins_at_rest(arguments, given, file)  # no remedy then
         about, where = (fmb.statics(model), "equilibrium at the start") if rests else (None, "start")
         print(f"  frequencies about the {where}: {fmb.first_frequencies(model, about=about)}")
     return 0

@@ -43,10 +43,12 @@ def execute(arguments: argparse.Namespace) -> int:
             f"--over {name}", found=f"--set {name} beside it", expected="one of the two", remedy="Leave --set out"
         )
 
-    def model(value: float) -> fmb.Model:
-        return fmb.load_model(arguments.model, {**fixed, name: value}, trust=arguments.trust)
+    file = io.OpenModelFile(arguments.model, trust=arguments.trust)
 
-    arguments.statics = begins_at_rest(arguments, {**fixed, name: values[0]})
+    def model(value: float) -> fmb.Model:
+        return file.model({**fixed, name: value})
+
+    arguments.statics = begins_at_rest(arguments, {**fixed, name: values[0]}, file)
     locus = fmb.root_locus(model, values, about=fmb.statics if arguments.statics else None)
     target = Path(arguments.out) if arguments.out else Path(f"{Path(arguments.model).stem}_locus.png")
     drawn = view.root_loci(locus, target, name=name)

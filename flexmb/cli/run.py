@@ -76,8 +76,8 @@ def _executed(arguments: argparse.Namespace, said: Kept) -> int:
     """Simulate, and note in `said` what is kept; return the exit code."""
     path = Path(arguments.model)
     given = settings(arguments)
-    model = fmb.load_model(path, given, trust=arguments.trust)
-    simulation = fmb.load_simulation(path, given, **chosen_settings(arguments))
+    file = fmb.io.OpenModelFile(path, trust=arguments.trust)
+    model, simulation = file.model(given), file.simulation(given, **chosen_settings(arguments))
     out = Path(arguments.out) if arguments.out else Path("runs") / path.stem
     with new_run(out, path, overwrite=arguments.overwrite) as folder, Log(folder / LOG) as log:
         solution = record(model, simulation, folder, log, said)

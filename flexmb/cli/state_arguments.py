@@ -57,19 +57,20 @@ def band(arguments: argparse.Namespace, verb: str) -> np.ndarray:
     return np.geomspace(first, last, points)
 
 
-def begins_at_rest(arguments: argparse.Namespace, given: Mapping[str, Any]) -> bool:
+def begins_at_rest(arguments: argparse.Namespace, given: Mapping[str, Any], file: fmb.io.OpenModelFile) -> bool:
     """Is the equilibrium asked for, or does the file's table [simulation] begin there?"""
     if getattr(arguments, "statics", False):
         return True
     # t_end is not used: with one, the table [simulation] may be missing
-    return fmb.load_simulation(arguments.model, given, t_end=1.0).start == "equilibrium"
+    return file.simulation(given, t_end=1.0).start == "equilibrium"
 
 
 def model_and_state(arguments: argparse.Namespace) -> tuple[fmb.Model, Any]:
     """Return the model, and the equilibrium where it is asked for or runs of the file begin in it."""
     given = settings(arguments)
-    model = fmb.load_model(arguments.model, given, trust=arguments.trust)
-    arguments.statics = begins_at_rest(arguments, given)  # remedies do not propose what the file says
+    file = fmb.io.OpenModelFile(arguments.model, trust=arguments.trust)
+    model = file.model(given)
+    arguments.statics = begins_at_rest(arguments, given, file)  # remedies do not propose what the file says
     return model, fmb.statics(model) if arguments.statics else None
 
 

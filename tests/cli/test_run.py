@@ -246,7 +246,7 @@ def test_an_interruption_says_what_is_stored(fall, tmp_path, monkeypatch, capsys
         raise KeyboardInterrupt
 
     if when == "loading":
-        monkeypatch.setattr(fmb, "load_model", strike)
+        monkeypatch.setattr("flexmb.io.OpenModelFile", strike)
     elif when == "before the first sample":
         monkeypatch.setattr("flexmb.integrate.runs.phases.Phases.run", strike)
     else:
