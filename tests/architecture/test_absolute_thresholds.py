@@ -6,11 +6,12 @@ for numbers that are no comparison.
 
 import ast
 import re
+from pathlib import Path
 
 import pytest
 from architecture.test_thresholds import KNOWN, ROOT
 
-PAGE = ROOT.parent / "docs" / "theory" / "tolerances.md"
+PAGE = Path(__file__).parents[2] / "docs" / "theory" / "tolerances.md"
 RUN = "integrate/explicit/compiled_run.py"
 PLACES = {
     "`atol` of `Explicit` and `IDA`": (f"{RUN}: ATOL = 1e-10", "integrate/ida/run.py: ATOL = 1e-8"),

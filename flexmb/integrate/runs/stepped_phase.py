@@ -155,8 +155,9 @@ class SteppedPhase:
         samples = np.array([self.t, mark])
         while not len(rows["t"]):
             outcome = self.integrator.run(self.system, self.work, self.variables, samples, 1, 2, PATIENCE)
+            ended = outcome.rows["t"].copy()  # just before a jump, which is told from its two sides
             outcome = arrived(self.system, outcome, samples[1:])
-            rows = outcome.rows
+            rows = {**outcome.rows, "t": ended[: len(outcome.rows["t"])]}
             if outcome.failure:
                 known = rows if len(rows["t"]) else self.last
                 q, u, begin = known["q"][-1], known["u"][-1], float(known["t"][-1])
