@@ -15,7 +15,7 @@ from flexmb.integrate.runs.outcome import Outcome
 from flexmb.math.weights import no_matrix
 from flexmb.system.program import evaluate
 
-__all__ = ["arrived"]
+__all__ = ["arrived", "is_as_asked"]
 
 
 def arrived(system: Any, outcome: Outcome, marks: np.ndarray) -> Outcome:
@@ -32,6 +32,11 @@ def arrived(system: Any, outcome: Outcome, marks: np.ndarray) -> Outcome:
             return replace(outcome, rows=before, failure=outcome.failure or wrong, reached=t)
         rows["t"][k] = t
     return outcome
+
+
+def is_as_asked(rows: dict[str, np.ndarray], mark: float) -> bool:
+    """Is a single row, if there is one, at the time `mark`, s, with accelerations? Then there is nothing to look at."""
+    return not len(rows["t"]) or bool(rows["t"][0] == mark and np.isfinite(rows["a"].sum()))
 
 
 def _has_value(system: Any, t: float, q: np.ndarray, u: np.ndarray) -> bool:

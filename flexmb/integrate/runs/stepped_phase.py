@@ -13,7 +13,7 @@ from flexmb.errors import IntegrationError
 from flexmb.integrate.runs import contradiction, inversion
 from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
 from flexmb.integrate.runs.after_event import assembled_after
-from flexmb.integrate.runs.arrival import arrived
+from flexmb.integrate.runs.arrival import arrived, is_as_asked
 from flexmb.integrate.runs.block_start import copied, scratch, shared
 from flexmb.integrate.runs.breaks import just_after, with_breaks, with_fine
 from flexmb.integrate.runs.chatter import chattering
@@ -155,9 +155,11 @@ class SteppedPhase:
         samples = np.array([self.t, mark])
         while not len(rows["t"]):
             outcome = self.integrator.run(self.system, self.work, self.variables, samples, 1, 2, PATIENCE)
-            ended = outcome.rows["t"].copy()  # just before a jump, which is told from its two sides
-            outcome = arrived(self.system, outcome, samples[1:])
-            rows = {**outcome.rows, "t": ended[: len(outcome.rows["t"])]}
+            rows = outcome.rows
+            if not is_as_asked(rows, mark):
+                ended = rows["t"].copy()  # just before a jump, which is told from its two sides
+                outcome = arrived(self.system, outcome, samples[1:])
+                rows = {**outcome.rows, "t": ended[: len(outcome.rows["t"])]}
             if outcome.failure:
                 known = rows if len(rows["t"]) else self.last
                 q, u, begin = known["q"][-1], known["u"][-1], float(known["t"][-1])
