@@ -238,10 +238,34 @@ def block_pattern(
     within = {node: sum(widths[other] for other in group[:k]) for group in groups for k, node in enumerate(group)}
     sizes = [sum(widths[node] for node in group) for group in groups]
     first = np.concatenate([[0], np.cumsum(sizes)])
+    width, offset, segments = _segments(sizes, first, earlier, later)
+    row_block = np.repeat(np.arange(len(groups)), sizes)
+    pattern = BlockPattern(
+        order=np.array([unknown for group in groups for node in group for unknown in unknowns[node]], np.int64),
+        row_start=np.concatenate([[0], np.cumsum(np.array(width, np.int64)[row_block])]),
+        row_block=row_block,
+        block_start=first,
+        own=np.array([offset[k][k] for k in range(len(groups))], np.int64),
+        **segments,
+        **_steps(later, earlier, sizes, offset),
+        scratch=np.zeros(2 * first[-1]),
+    )
+    begin = first.tolist()
+
+    def place(row_node: int, column_node: int) -> np.ndarray:
+        k = position[row_node]
+        row = begin[k] + within[row_node]
+        return pattern.row_start[row : row + widths[row_node]] + offset[k][position[column_node]] + within[column_node]
+
+    return pattern, place
+
+
+def _segments(sizes, first, earlier, later) -> tuple[list[int], list[dict[int, int]], dict[str, np.ndarray]]:
+    """Return of every block the width of its rows and where in them the others begin, and the segments of columns."""
     width, segment_start, column, length = [], [0], [], []
     own_segment: list[int] = []
     offset: list[dict[int, int]] = []
-    for k in range(len(groups)):
+    for k in range(len(sizes)):
         at, offsets, end = 0, {}, -1
         for other in (*earlier[k], k, *later[k]):
             offsets[other] = at
@@ -257,28 +281,13 @@ def block_pattern(
         offset.append(offsets)
         width.append(at)
         segment_start.append(len(column))
-    row_block = np.repeat(np.arange(len(groups)), sizes)
-    pattern = BlockPattern(
-        order=np.array([unknown for group in groups for node in group for unknown in unknowns[node]], np.int64),
-        row_start=np.concatenate([[0], np.cumsum(np.array(width, np.int64)[row_block])]),
-        row_block=row_block,
-        segment_start=np.array(segment_start, np.int64),
-        column=first[column],
-        length=np.array(length, np.int64),
-        block_start=first,
-        own=np.array([offset[k][k] for k in range(len(groups))], np.int64),
-        own_segment=np.array(own_segment, np.int64),
-        **_steps(later, earlier, sizes, offset),
-        scratch=np.zeros(2 * first[-1]),
-    )
-    begin = first.tolist()
-
-    def place(row_node: int, column_node: int) -> np.ndarray:
-        k = position[row_node]
-        row = begin[k] + within[row_node]
-        return pattern.row_start[row : row + widths[row_node]] + offset[k][position[column_node]] + within[column_node]
-
-    return pattern, place
+    segments = {
+        "segment_start": np.array(segment_start, np.int64),
+        "column": first[column],
+        "length": np.array(length, np.int64),
+        "own_segment": np.array(own_segment, np.int64),
+    }
+    return width, offset, segments
 
 
 def _steps(later, earlier, sizes, offset) -> dict[str, np.ndarray]:

@@ -172,10 +172,9 @@ class _Run:
         while self.solver.status == "running":
             solver = self.solver
             before = solver.t, solver.y.copy()
-            if (
-                getattr(solver, "jac_factor", None) is not None
-            ):  # Radau: it grows with every matrix where nothing depends
-                np.minimum(solver.jac_factor, LONGEST, out=solver.jac_factor)
+            lengths = getattr(solver, "jac_factor", None)  # of Radau alone
+            if lengths is not None:
+                np.minimum(lengths, LONGEST, out=lengths)
             try:
                 with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is seen below
                     message = solver.step()
