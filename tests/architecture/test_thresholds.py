@@ -114,7 +114,7 @@ KNOWN = {
         "integrate/equilibria/load_path.py: s > 1e-05",
         "integrate/equilibria/path.py: max(point.tangent[-1] ** 2, 1e-12)",
         "integrate/equilibria/path.py: stride <= 1e-13",
-        "integrate/explicit/explicit.py: np.minimum(solver.jac_factor, LONGEST, out=solver.jac_factor)",
+        "integrate/explicit/explicit.py: np.minimum(lengths, LONGEST, out=lengths)",
         "integrate/ida/run.py: max(YIELDING, 0.01 * misfit)",
         "integrate/ida/run.py: max(min(1.0, FARTHER * system.lengths.whole / farthest), LEAST)",
         "integrate/implicit/through.py: max(error, 1e-06)",
