@@ -4,8 +4,11 @@ table).
 Their translation is integrated in W, whatever the spin; what joints hold to the ground keeps its own axes.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from convergence.test_drift import flying
 
 import flexmb as fmb
 
@@ -118,26 +121,8 @@ def test_ball_on_a_turning_table_circles_at_two_sevenths_of_its_speed():
 
 def test_multipliers_and_velocities_of_free_bodies_on_a_hinge_are_of_second_order():
     """The two bodies of test_drift, against the explicit method at 1e-11."""
-    hinge = (0.3, 0.2, 0.1)
-    a = fmb.RigidBody(
-        "a",
-        mass=2.0,
-        inertia=(0.02, 0.05, 0.06),
-        angular_velocity=(3.0, 1.0, -2.0),
-        markers={"j": fmb.Pose((0.3, 0, 0), hinge)},
-    )
-    b = fmb.RigidBody(
-        "b",
-        mass=1.0,
-        inertia=(0.01, 0.03, 0.025),
-        at=(0.5, 0.1, 0),
-        velocity=(0.2, 0.5, -0.3),
-        angular_velocity=(-1.0, 2.0, 4.0),
-        markers={"j": fmb.Pose((-0.2, -0.1, 0), hinge)},
-    )
-    model = fmb.Model(
-        bodies=[fmb.Ground(), a, b],
-        joints=[fmb.Revolute("j", markers=("a.j", "b.j"))],
+    model = replace(
+        flying(),
         sensors=[
             fmb.Position("r", marker="b.center"),
             fmb.Velocity("v", marker="b.center"),

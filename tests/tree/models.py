@@ -29,33 +29,6 @@ def flexible_chain(n: int, **fields) -> fmb.Model:
     return fmb.Model(gravity=(1, -9.81, 2), bodies=[fmb.Ground(), *bodies], joints=joints, forces=[load])
 
 
-def four_bars(n: int) -> fmb.Model:
-    """Return n + 1 upright cranks of 1 m and n couplers on revolute joints in space (redundant)."""
-    cranks = [
-        fmb.RigidBody.rod(
-            f"c{k}",
-            length=1.0,
-            mass=1.0,
-            radius=0.01,
-            at=(k, 0, 0),
-            rotation=(0, 0, np.pi / 2),
-            angular_velocity=(0, 0, -1.0),
-        )
-        for k in range(n + 1)
-    ]
-    bars = [
-        fmb.RigidBody.rod(f"b{k}", length=1.0, mass=1.0, radius=0.01, at=(k, 1, 0), velocity=(1, 0, 0))
-        for k in range(n)
-    ]
-    joints = [fmb.Revolute(f"g{k}", markers=(f"ground.A{k}", f"c{k}.start")) for k in range(n + 1)]
-    for k in range(n):
-        joints.append(fmb.Revolute(f"l{k}", markers=(f"c{k}.end", f"b{k}.start")))
-        joints.append(fmb.Revolute(f"r{k}", markers=(f"b{k}.end", f"c{k + 1}.end")))
-    ground = fmb.Ground(markers={f"A{k}": (k, 0, 0) for k in range(n + 1)})
-    sensors = [fmb.Energy("energy"), fmb.ConstraintError("error")]
-    return fmb.Model(gravity=(0, -9.81, 0), bodies=[ground, *cranks, *bars], joints=joints, sensors=sensors)
-
-
 def branched() -> fmb.Model:
     """Return a floating root with rigid and flexible branches, a point mass on a spring, a slide with a drive."""
     ends = {

@@ -7,7 +7,8 @@ orthogonal complements, pseudo-inverses.
 import numpy as np
 import pytest
 from contracts.random_models import FORCES, PAIRS, connected
-from tree.models import branched, chain, flexible_chain, four_bars, loops, random_consistent
+from tree.models import branched, chain, flexible_chain, loops, random_consistent
+from verification.mechanisms import four_bars
 
 import flexmb as fmb
 from flexmb import joints

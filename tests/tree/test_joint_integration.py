@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 from tolerances import MACHINE
-from tree.models import branched, chain, flexible_chain, four_bars, loops
+from tree.models import branched, chain, flexible_chain, loops
 from tree.test_loops_over_time import levels
 from tree.test_stiff import stiff_chain
-from verification.mechanisms import bricard
+from verification.mechanisms import bricard, four_bars
 
 import flexmb as fmb
 from flexmb.integrate.implicit.stages import STAGES, THIRD, WEIGHTS

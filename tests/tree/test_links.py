@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contracts.random_models import FORCES, PAIRS, connected, put_together
-from tree.models import chain, four_bars, random_consistent
+from tree.models import chain, random_consistent
 from tree.test_agreement import AGREED, KINDS
 from verification import mechanisms
 
@@ -141,7 +141,7 @@ def test_on_balls_in_tubes_one_behind_the_other(rng):
     assert_same_rates(chain(3, fmb.InLine), rng)
 
 
-@pytest.mark.parametrize("make", [lambda rng: four_bars(3), closed], ids=["planar", "spatial"])
+@pytest.mark.parametrize("make", [lambda rng: mechanisms.four_bars(3), closed], ids=["planar", "spatial"])
 def test_loops_are_closed_with_least_motion(make, rng):
     """Coordinates, then rates, that left the loops come back to them, as with the projection of all bodies."""
     system, state = random_consistent(make(rng), rng, spread=0.02)

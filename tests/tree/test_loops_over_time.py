@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tree.models import flap_station, four_bars, loops
-from verification.mechanisms import bricard, four_bar_places
-from verification.mechanisms import four_bars as many_four_bars
+from tree.models import flap_station, loops
+from verification.mechanisms import bricard, four_bar_places, four_bars
 
 import flexmb as fmb
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
@@ -61,7 +60,7 @@ def test_many_four_bars_through_dead_centres(n, t_end):
     Reached: 2e-5 m and 1.4e-6 of the energy after 10 s; after 60 s, with 400, constraint errors of 9e-11 m.
     """
     solution = fmb.simulate(
-        many_four_bars(n), t_end, samples=21, integrator=fmb.Explicit(rtol=1e-6, atol=1e-7, formulation=fmb.Recursive())
+        four_bars(n), t_end, samples=21, integrator=fmb.Explicit(rtol=1e-6, atol=1e-7, formulation=fmb.Recursive())
     )
     assert levels(solution).max() < TOLERANCE
     assert np.ptp(solution["energy"]) < 1e-3 * 9.81 * n

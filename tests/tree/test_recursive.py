@@ -5,7 +5,8 @@ import time
 import numpy as np
 import pytest
 from tolerances import MACHINE
-from tree.models import branched, chain, four_bars, loops, random_consistent
+from tree.models import branched, chain, loops, random_consistent
+from verification.mechanisms import four_bars
 
 import flexmb as fmb
 from flexmb.integrate.matrices import equations_at

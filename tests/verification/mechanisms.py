@@ -31,7 +31,7 @@ def four_bars(n: int) -> fmb.Model:
     for k in range(n):
         joints.append(fmb.Revolute(f"l{k}", markers=(f"c{k}.end", f"b{k}.start")))
         joints.append(fmb.Revolute(f"r{k}", markers=(f"b{k}.end", f"c{k + 1}.end")))
-    sensors = [fmb.Position("B0", marker="c0.end"), fmb.Energy("energy")]
+    sensors = [fmb.Position("B0", marker="c0.end"), fmb.Energy("energy"), fmb.ConstraintError("error")]
     return fmb.Model(gravity=(0, -9.81, 0), bodies=[ground, *cranks, *bars], joints=joints, sensors=sensors)
 
 
