@@ -216,7 +216,7 @@ class System:
             weights=Weights.table(),
             energy=Energy.table(),
             loads=np.zeros(max(1, self.n_loads)),
-            channels=np.zeros((max(1, self.n_channels), 6)),
+            channels=np.zeros((1 + self.n_channels, 6)),  # never empty; more than one row: some load follows
         )
 
     def state(self, t=0.0, q=None, u=None, a=None, lam=None) -> State:

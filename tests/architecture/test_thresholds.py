@@ -110,6 +110,7 @@ KNOWN = {
         "integrate/alpha/newmark.py: max(error, 1e-06)",
         "integrate/alpha/newmark.py: max(rate, 0.0001)",
         "integrate/alpha/newmark.py: max(rate, 1e-06)",
+        "integrate/alpha/powers.py: of_states > SMALL",
         "integrate/equilibria/load_path.py: s < 1e-08",
         "integrate/equilibria/load_path.py: s > 1e-05",
         "integrate/equilibria/path.py: max(point.tangent[-1] ** 2, 1e-12)",

@@ -13,6 +13,7 @@ from flexmb.integrate.alpha.added_errors import beside, known, taken_over
 from flexmb.integrate.alpha.jump import take_jump
 from flexmb.integrate.alpha.large_kernels import LARGE_KERNELS
 from flexmb.integrate.alpha.newmark import SINGULAR, STALLED, run_steps
+from flexmb.integrate.alpha.powers import SELDOM
 from flexmb.integrate.alpha.start_rates import acceleration_rate, constrained_part
 from flexmb.integrate.alpha.variables import COUNTED, AlphaRun, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
@@ -220,6 +221,7 @@ class GeneralizedAlpha(metaclass=Described):
             works=np.zeros(3),
             powers=at_start,
             powers_last=np.zeros(3),
+            lacking=np.zeros(3),
             signals=state.signals.copy(),
             run=AlphaRun.table(
                 t=state.t,
@@ -227,6 +229,7 @@ class GeneralizedAlpha(metaclass=Described):
                 longest_step=self.step or largest,
                 span=span,
                 first_state=nu - int(np.sum(system.is_state)),
+                looked=-SELDOM,
                 convergence=0.05,
                 rounding=rounding,
             ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.integrate.alpha.powers import look_at_powers_anew
 from flexmb.integrate.alpha.variables import Motions
 from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes
 from flexmb.math.energies import write_powers
@@ -38,6 +39,7 @@ def take_jump(program, work, motions, sweeps):
     work.weights[0].wanted = 0
     evaluate(program, state, work)
     write_powers(work.energy, v.powers)
+    look_at_powers_anew(v)
     v.powers_last[:] = np.inf  # those before the jump tell nothing of how powers bend in the next step
     copy_into(v.body_a, a)
     to_world_axes(v.world, v.q, u, a)

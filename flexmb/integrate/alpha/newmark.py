@@ -13,6 +13,7 @@ import numpy as np
 from flexmb.integrate.alpha.corrected import compare_reactions, follow, follow_anew, local_errors
 from flexmb.integrate.alpha.increments import correct, move_to_end, solve_for_increment
 from flexmb.integrate.alpha.jump import take_jump
+from flexmb.integrate.alpha.powers import add_works, look_at_powers_anew, note_correction, settle_powers
 from flexmb.integrate.alpha.step_size import (
     SHORT,
     TINY,
@@ -169,6 +170,7 @@ def _iterate(program, work, v, c, h):
             v.powers[1] = 0.0  # of the drives: with the corrected multipliers
             for i in range(ng):
                 v.powers[1] -= v.lam1[i] * work.equations[i].rate
+            note_correction(v, c, h)
             if iteration == 0:
                 # trusted once more, but less and less until it is measured again
                 v.run[0].convergence = min(1.5 * v.run[0].convergence, 0.05)
@@ -236,25 +238,15 @@ def _begin_anew(v):
         v.a_last[i] = v.a[i]
     for i in range(len(v.lam)):
         v.lam_last[i] = v.lam[i]
-
-
-@inner_kernel
-def _add_works(v, h, powers):
-    """Add the work of a step: the integral of the parabola through the powers at its ends and at the start before; of
-    the straight line where they are not known there, at first and after a jump."""
-    before = v.run[0].last_step
-    for i in range(3):
-        v.works[i] += 0.5 * h * (powers[i] + v.powers[i])
-        if v.run[0].steps > 0 and np.isfinite(v.powers_last[i]):
-            curvature = ((v.powers[i] - powers[i]) / h - (powers[i] - v.powers_last[i]) / before) / (h + before)
-            v.works[i] -= curvature * h * h * h / 6.0
+    look_at_powers_anew(v)
 
 
 @inner_kernel
 def _accept(program, work, v, c, h, planned, powers):
     """Make the end of the step the start of the next."""
     constraint_velocity(work, v.body_u, v.hidden)
-    _add_works(v, h, powers)
+    settle_powers(program, work, v, h)
+    add_works(v, h, powers)
     if keep_rates(v, c, h, planned):
         copy_into(v.powers_last, powers)
     for k in range(len(v.pace)):

@@ -119,6 +119,7 @@ def settle_short_step(program, work, v, c, h):
     work.weights[0].wanted = 0
     evaluate(program, State(v.run[0].t + h, v.q1, v.body_u, v.body_a, v.lam1, v.signals), work)
     write_powers(work.energy, v.powers)
+    v.run[0].rough = 0
     return found
 
 

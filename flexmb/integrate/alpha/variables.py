@@ -36,6 +36,10 @@ class AlphaRun(Record):
     """m, of positions"""
     first_state: int
     """velocities from here on are first-order states"""
+    rough: int
+    """1 where the last correction of a step has changed velocities or states noticeably"""
+    looked: int
+    """steps until powers were last evaluated after it"""
     compared: int
     """of the motion without local errors: steps until its reactions were compared with the run's"""
     steps: int
@@ -106,6 +110,8 @@ class Variables(NamedTuple):
     """(3,) W, their rates"""
     powers_last: Floats
     """(3,) W, a step before"""
+    lacking: Floats
+    """(3,) W/s^3, what powers before the last correction of a step lack, see `flexmb.integrate.alpha.powers`"""
     signals: FloatRows
     run: Annotated[np.ndarray, ArrayOf(AlphaRun.dtype)]
     """one row: how far it is, and how it goes on"""
