@@ -6,8 +6,11 @@ from numba import njit
 
 from flexmb.math.kernel_cache import KernelCache
 from flexmb.math.kernel_library import KernelCompiler, register
+from flexmb.math.unequal_sizes import use_constant_text
 
 __all__ = ["entry_kernel", "inner_kernel", "kernel"]
+
+use_constant_text()
 
 
 def kernel(function):

@@ -24,6 +24,9 @@ from numba.core.typed_passes import BaseNativeLowering, NativeLowering, Nopython
 from numba.core.typing import Signature
 from numba.core.typing.templates import make_intrinsic_template
 from numba.extending import intrinsic
+from numba.np.arrayobj import fancy_setslice
+
+from flexmb.math.unequal_sizes import with_sizes
 
 
 def parameters(function):
@@ -170,3 +173,13 @@ def test_arrays_are_read_without_references():
     array = types.Array(types.float64, 2, "C")
     context = cpu_target.target_context
     assert context.get_abi_sizeof(context.get_data_type(array)) == 8 * (5 + 2 * 2)
+
+
+def test_the_error_for_other_sizes_is_asked_for_by_name():
+    """The typing context of kernels gives one with a constant text (`flexmb/math/unequal_sizes.py`)."""
+    text = inspect.getsource(fancy_setslice)
+    if with_sizes is None:
+        assert "raise_with_shape_context" not in text
+    else:
+        assert parameters(with_sizes) == ("src_shapes", "index_shape")
+        assert re.search(r"typing_context\.resolve_value_type\(\s*raise_with_shape_context\)", text)
