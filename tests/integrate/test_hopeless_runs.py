@@ -28,7 +28,7 @@ def test_years(pendulum, integrator, monkeypatch):
     with pytest.raises(
         fmb.IntegrationError, match=r"\d+ steps have reached t = .* would take .* years.*SI units"
     ) as caught:
-        fmb.simulate(pendulum, t_end=1e15, samples=10_000_001, integrator=integrator)
+        fmb.simulate(pendulum, t_end=1e15, samples=100_001, integrator=integrator)
     assert 0.0 <= caught.value.solution.t[-1] < 1e12
 
 

@@ -24,6 +24,8 @@ __all__ = ["beam_block", "frame"]
 PARALLEL = 1e-6
 """Sine of the angle below which an orientation counts as parallel to its beam."""
 
+OF_STEEL = "Write material=flexmb.Material(young=210e9, poisson=0.3, density=7850.0)"
+
 Sections = Section | Sequence[Section]
 
 
@@ -78,13 +80,7 @@ def frame(
     16779.1
     """
     part = f"Frame '{name}'"
-    check_kind(
-        material,
-        Material,
-        f"{part}, material",
-        "Write material=flexmb.Material(young=210e9, poisson=0.3, density=7850.0)",
-        MeshError,
-    )
+    check_kind(material, Material, f"{part}, material", OF_STEEL, MeshError)
     nodes, lines, groups, sets, numbering = _lines(part, points, mesh, connectivity)
     warn_about_material(part, material.young, material.density)
     axes, lengths = _axes(part, nodes, lines, orientation)
@@ -93,18 +89,11 @@ def frame(
     elements = block.elements
     dofs = all_freedoms(len(nodes))
     mass = elements.lumped_mass() if lumped else elements.consistent_mass()
-    stiffness, mass = (summed(rotated(local, axes), lines, dofs, len(nodes)) for local in (elements.stiffness(), mass))
-    warn_about_size(part, nodes, mass=float(mass[::6, ::6].sum()))
+    K, M = (summed(rotated(local, axes), lines, dofs, len(nodes)) for local in (elements.stiffness(), mass))
+    warn_about_size(part, nodes, mass=float(M[::6, ::6].sum()))
     named = {key: np.atleast_1d(np.asarray(value, int)) for key, value in (node_sets or {}).items()}
     return FEModel(
-        nodes=nodes,
-        dofs=dofs,
-        K=stiffness,
-        M=mass,
-        node_sets={**sets, **named},
-        blocks=(block,),
-        name=name,
-        numbering=numbering,
+        nodes=nodes, dofs=dofs, K=K, M=M, node_sets={**sets, **named}, blocks=(block,), name=name, numbering=numbering
     )
 
 

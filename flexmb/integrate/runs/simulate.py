@@ -198,17 +198,21 @@ def simulate(
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
     told: list[str] = []
-    with listening() as heard:
-        assembled = (  # whatever is wrong shows before a file is made
-            assemble_as_drawn(model, t=t_start, tell=told.extend)
-            if state is None
-            else assemble(model, t=t_start, state=state)
-        )
-    if state is None and rigid_contacts(model):
-        require_drawn_apart(*assembled, integrator.step)
+    with listening() as heard:  # whatever is wrong shows before a file is made
+        assembled = _assembled(model, integrator, t_start, state, told)
     return run_assembled(
         integrator, assembled, times, told, clock, output, write_model, progress, time_limit=time_limit, heard=heard
     )
+
+
+def _assembled(model: Model, integrator: Any, t: float, state: Any, told: list[str]):
+    """Return system and start, from a state by body name, or (None) as described: then rigid contacts must be open."""
+    if state is not None:
+        return assemble(model, t=t, state=state)
+    assembled = assemble_as_drawn(model, t=t, tell=told.extend)
+    if rigid_contacts(model):
+        require_drawn_apart(*assembled, integrator.step)
+    return assembled
 
 
 def run_assembled(
