@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
-from spent import Spent, spent
+from spent import Spent, held, spent
 
 
 def test_workers_tell_their_time_and_memory():
@@ -37,3 +37,32 @@ def test_a_test_that_takes_much_more_memory_than_all_before_is_named(monkeypatch
     )
     controller.pytest_terminal_summary(SimpleNamespace(write_line=lines.append))
     assert lines[1:] == ["0.40 GB more memory than ever before in its process: tests/a.py::large"]
+
+
+def test_long_tests_and_files_that_leave_memory_behind_are_named(monkeypatch):
+    """Of all workers together: tests by processor time, files by the memory that is in use after their tests."""
+    seconds, memory = iter([0.0, 7.0, 7.0, 8.0, 9.0, 0.0, 1.0, 2.0]), iter([0.2, 0.22, 0.22, 0.24, 0.2, 0.24])
+    monkeypatch.setattr("spent.spent", lambda: (next(seconds), 0.5))
+    monkeypatch.setattr("spent.held", lambda: next(memory))
+    controller, lines = Spent(), []
+    for names in (("a.py::long", "a.py::short"), ("a.py::other",)):
+        told = Spent()
+        for name in names:
+            running = told.pytest_runtest_protocol(SimpleNamespace(nodeid=name))
+            next(running)
+            with pytest.raises(StopIteration):
+                running.send(True)
+        worker = SimpleNamespace(config=SimpleNamespace(workeroutput={}))
+        told.pytest_sessionfinish(worker)
+        node = SimpleNamespace(gateway=SimpleNamespace(id="gw"), workeroutput=worker.config.workeroutput)
+        controller.pytest_testnodedown(node, None)
+    controller.pytest_terminal_summary(SimpleNamespace(write_line=lines.append))
+    assert lines[2:] == ["0.08 GB left behind: a.py", "7.00 s of processor time: a.py::long"]
+
+
+def test_memory_in_use_is_that_of_this_process():
+    pytest.importorskip("resource")
+    before = held()
+    numbers = bytearray(100_000_000)
+    assert held() == 0.0 or held() - before == pytest.approx(0.1, abs=0.02)
+    assert len(numbers) == 100_000_000
