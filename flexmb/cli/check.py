@@ -29,6 +29,6 @@ def execute(arguments: argparse.Namespace) -> int:
     print(report)
     if report.mobility > 0:
         arguments.statics = rests = begins_at_rest(arguments, given, file)  # no remedy then
-        about, where = (fmb.statics(model), "equilibrium at the start") if rests else (None, "start")
+        about, where = (fmb.statics(model), "equilibrium at the start") if rests else (report, "start")
         print(f"  frequencies about the {where}: {fmb.first_frequencies(model, about=about)}")
     return 0

@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.errors import CompileError
 from flexmb.integrate.overlaps import overlaps
 from flexmb.integrate.oversights import oversights
+from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.system import assemble_as_drawn, mobility
 from flexmb.system.branching import Branching, branching
@@ -68,6 +69,8 @@ class Report:
     misfits : dict of joint name to (float, float), m and rad
         What dependent equations leave open because they contradict each other within the digits of a mesh file (1e-6 of
         the model's size); larger gaps are an error. The motion ignores them, and they stress nothing.
+    assembled : tuple of System and State, or None
+        The consistent start, for `first_frequencies(model, about=report)`; None where no motion goes on from it.
     """
 
     model: Model
@@ -84,6 +87,7 @@ class Report:
     warnings: tuple[str, ...] = ()
 
     singular: Branching | None = None
+    assembled: tuple[System, State] | None = None
 
     @property
     def shared_reactions(self) -> dict[str, list[str]]:
@@ -188,6 +192,7 @@ def check(model: Model) -> Report:
         notes=(*oversights(model), *system.unlocated, *_moved_furthest(model, system, state)),
         warnings=(*told, *overlaps(system, state)),
         singular=singular,
+        assembled=None if stuck else (system, state),
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.io import savemat
 
 from flexmb.errors import DataFileError
 from flexmb.files import replacing
@@ -30,6 +29,8 @@ def write_plant(plant, path: str | Path) -> Path:
     ModelError
         An output follows the rates of an input.
     """
+    from scipy.io import savemat
+
     plant.require_proper()
     path = plant_path(path)
     content = {name: getattr(plant, name) for name in "ABCD"}

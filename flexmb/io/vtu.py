@@ -10,7 +10,6 @@ import struct
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -99,6 +98,8 @@ class VtuSeries:
 
 def write_collection(path: Path, entries) -> None:
     """Write the PVD file: entries (time in s, part number, part name, relative file name)."""
+    from xml.sax.saxutils import quoteattr  # loads what fetches pages of the web
+
     lines = [
         f'<DataSet timestep="{t!r}" group="" part="{part}" name={quoteattr(name)} file={quoteattr(file)}/>'
         for t, part, name, file in entries

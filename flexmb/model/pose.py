@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ ORTHOGONAL = 1e-9 + 1e-5 * np.eye(3)
 
 def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
     """Return `value` as three floats; ModelError naming part and field otherwise."""
+    if type(value) in (tuple, list) and len(value) == 3 and all(type(x) is float and isfinite(x) for x in value):
+        return tuple(value)  # as most are: a large model has thousands, and an array of each takes ten times as long
     array = finite_array(value)
     if array.shape != (3,):
         raise ModelError(

@@ -48,6 +48,10 @@ FARTHEST = 1e60
 
 CHUNK = 500
 """Points whose distances from all others are found at once."""
+CORNERS = np.array([[bool(k >> i & 1) for i in range(3)] for k in range(8)])
+"""Of a box: where a coordinate is the largest."""
+FEW = 32
+"""Points of which all distances are found at once: looking for the outer ones takes longer."""
 
 
 class Lengths(NamedTuple):
@@ -102,7 +106,7 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
         Which equations have forces as multipliers: their residuals are lengths.
     """
     bodies, markers = system.model.bodies, system.tables["markers"]
-    own = [markers["r"][markers["body"] == k] for k in range(len(bodies))]
+    own = [markers["r"][places] for places in _places_of(markers["body"], len(bodies))]
     points = [np.vstack([r, _nodes(system, body)]) for r, body in zip(own, bodies, strict=True)]
     require_places(bodies, points)
     held = np.array([system.marker_index[m] for j in system.model.joints for m in j.places(system.model)], int)
@@ -110,10 +114,12 @@ def described_lengths(system, inertia: np.ndarray, forces: np.ndarray) -> Length
     holds = holds[np.all(markers["body"][holds] < len(bodies), axis=1)]  # states are nowhere
     moves = np.array([body.n_velocities > 0 for body in bodies])
     assembly = _assemblies(np.minimum(markers["body"], len(bodies) - 1), np.vstack([ties, holds]), moves)
+    assembly = np.where(moves, assembly, -1)
+    apart = _longest(markers, assembly, ties, holds, held)
     found = np.zeros(len(bodies))
-    for number in np.unique(assembly[moves]):
-        members = np.flatnonzero(moves & (assembly == number))
-        found[members] = _length(system, members, points, ties, holds, held, inertia)
+    for number, members in enumerate(_places_of(assembly, int(assembly.max(initial=-1)) + 1)):
+        if len(members):
+            found[members] = _length(system, members, points, apart[:, number], inertia)
     whole = float(np.max(found, initial=0.0)) or _diameter(markers["r"]) or 1.0
     found[found == 0.0] = whole
     longest = _of_legs(system, np.where(moves, found, 0.0))
@@ -186,7 +192,7 @@ def _nodes(system, body) -> np.ndarray:
         vectors = q.reshape(-1, 3)
         return vectors[np.arange(len(vectors)) % max(1, body.block_size // 3) == 0]
     least, most = body.bounds()
-    corners = np.array([[(least, most)[k >> i & 1][i] for i in range(3)] for k in range(8)])
+    corners = np.where(CORNERS, most, least)
     R = np.eye(3)
     euler_to_matrix(q[3:7], R)
     return q[:3] + corners @ R.T
@@ -210,21 +216,36 @@ def _assemblies(body: np.ndarray, pairs: np.ndarray, moves: np.ndarray) -> np.nd
     return connected_components(graph, directed=False)[1]
 
 
-def _length(system, members, points, ties, holds, held, inertia: np.ndarray) -> float:
-    """Return the length (m) of the assembly of some bodies, 0 if it has none; `held` are markers tied to the origin."""
-    markers = system.tables["markers"]
-    distances = []
-    for pairs in (ties, holds):
-        own = pairs[np.any(np.isin(markers["body"][pairs], members), axis=1)]
-        apart = np.linalg.norm(markers["r"][own[:, 0]] - markers["r"][own[:, 1]], axis=1)
-        distances.append(float(np.max(apart, initial=0.0)))
-    of_members_held = markers["r"][held[np.isin(markers["body"][held], members)]]
-    distances[0] = max(distances[0], float(np.linalg.norm(of_members_held, axis=1).max(initial=0.0)))
+def _places_of(numbers: np.ndarray, count: int) -> list[np.ndarray]:
+    """Return where each of 0 .. count - 1 stands among numbers (n,), ascending: in one pass, however many there are."""
+    order = np.argsort(numbers, kind="stable")
+    return np.split(order, np.searchsorted(numbers[order], np.arange(count + 1)))[1:-1]
+
+
+def _longest(markers, assembly: np.ndarray, ties, holds, held) -> np.ndarray:
+    """Return the largest distances (2, na), m, over which joints and forces hold each assembly.
+
+    `assembly` (nb,) is the number of that of every body, -1 where it does not move; `held` are markers tied to the
+    origin.
+    """
+    among = np.append(assembly, -1)[np.minimum(markers["body"], len(assembly))]  # states are nowhere
+    longest = np.zeros((2, int(assembly.max(initial=-1)) + 1))
+    for own, pairs in zip(longest, (ties, holds), strict=True):
+        apart = np.linalg.norm(markers["r"][pairs[:, 0]] - markers["r"][pairs[:, 1]], axis=1)
+        for end in among[pairs].T:
+            np.maximum.at(own, end[end >= 0], apart[end >= 0])
+    held = held[among[held] >= 0]
+    np.maximum.at(longest[0], among[held], np.linalg.norm(markers["r"][held], axis=1))
+    return longest
+
+
+def _length(system, members, points, distances, inertia: np.ndarray) -> float:
+    """Return the length (m) of the assembly of some bodies, 0 if it has none; `distances` (2,) hold it."""
     of_members = np.vstack([points[k] for k in members])
     rounded = max(NOTHING * max(distances), ROUNDED * float(np.abs(of_members).max(initial=0.0)))
     for length in (_diameter(of_members), *distances, _gyration(system, members, inertia)):
         if length > rounded:
-            return length
+            return float(length)
     return 0.0
 
 
@@ -240,8 +261,8 @@ def _gyration(system, members, inertia: np.ndarray) -> float:
 
 def _diameter(r: np.ndarray) -> float:
     """Return the largest distance between two points (n, 3), m: whichever way the axes of W point."""
-    if len(r) < 2:
-        return 0.0
+    if len(r) <= FEW:
+        return float(np.sqrt(np.square(r[:, None] - r).sum(axis=2).max(initial=0.0)))
     outward = np.linalg.norm(r - r.mean(axis=0), axis=1)
     largest = float(np.linalg.norm(r - r[np.argmax(outward)], axis=1).max())
     ends = r[outward >= largest * (1.0 - ROUNDED) - outward.max()]  # nearer to the middle, none is farther apart

@@ -208,6 +208,43 @@ def test_no_run_goes_on_behind_an_infinite_force(integrator, at):
             run.advance(to=at + 0.02)
 
 
+def towards_a_pole(power: int) -> tuple[fmb.Model, fmb.GeneralizedAlpha]:
+    """Return a mass on a spring with a force that has no value at 0.5 s, and an integrator with a given step."""
+    spring = fmb.SpringDamper("spring", markers=("ground.A", "p.center"), stiffness=100.0, damping=0.1, length=1.0)
+    push = fmb.PointLoad("push", marker="p.center", force=(fmb.expression(f"1/(t - 0.5)**{power}"), 0, 0))
+    bodies = [fmb.Ground(markers={"A": (0, 0, 0)}), fmb.PointMass("p", mass=1.0, at=(1, 0, 0))]
+    return fmb.Model(bodies=bodies, forces=[push, spring]), fmb.GeneralizedAlpha(step=1e-3)
+
+
+def require_no_error_of_steps(solution) -> None:
+    known = solution.statistics
+    assert known["errors added up"] == "not estimated"
+    assert not [text for text in known.get("warnings", []) if "have added up" in text]
+
+
+@pytest.mark.filterwarnings("ignore:.*steps of the given size")
+@pytest.mark.parametrize("power", [1, 2])
+def test_steps_towards_an_infinite_force_tell_no_error_of_the_samples_before(power):
+    """Steps of a given size go beside the pole, or over it: they told errors of 1e7 m and more."""
+    model, integrator = towards_a_pole(power)
+    with pytest.raises(IntegrationError, match="Force 'push'") as caught:
+        fmb.simulate(model, 1.0, integrator=integrator, samples=11)
+    require_no_error_of_steps(caught.value.solution)
+
+
+@pytest.mark.filterwarnings("ignore:.*steps of the given size")
+def test_a_stepper_goes_back_from_an_infinite_force_to_the_errors_of_then():
+    model, integrator = towards_a_pole(1)
+    with fmb.stepper(model, integrator=integrator) as run:
+        run.advance(to=0.4)
+        moment, before = run.save(), run.solution.statistics["errors added up"]
+        with pytest.raises(IntegrationError, match="Force 'push'"):
+            run.advance(to=0.6)
+        require_no_error_of_steps(run.solution)
+        run.restore(moment)
+        assert run.solution.statistics["errors added up"] == before < 0.05
+
+
 def test_a_step_that_ends_a_rounding_before_its_sample_is_that_sample():
     system = compile(pushed(1.0))
     short, marks = np.array([0.1, 0.2 - 2e-14]), np.array([0.1, 0.2, 0.3])

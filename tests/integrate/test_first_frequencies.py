@@ -1,5 +1,6 @@
 """The first frequencies of models of any size: chains with closed forms, through the sparse path and the dense one."""
 
+import sys
 import warnings
 
 import numpy as np
@@ -29,6 +30,19 @@ def test_masses_on_springs(n):
     assert found.more
     assert found.free == (None if n == 150 else found.free)
     assert "Hz (without damping; equal ones once)" in str(found) or n == 8
+
+
+@pytest.mark.parametrize("n", [8, 150])
+def test_the_report_of_check_stands_for_the_start(n, monkeypatch):
+    model = masses_on_springs(n)
+    report, exact = fmb.check(model), fmb.first_frequencies(model)
+    module = sys.modules["flexmb.integrate.linear.first_frequencies"]
+    monkeypatch.setattr(module, "assemble_as_drawn", lambda _: pytest.fail("assembled once more"))
+    found = fmb.first_frequencies(model, about=report)
+    assert np.array_equal(found.frequencies, exact.frequencies)
+    assert (found.free, found.more) == (exact.free, exact.more)
+    with pytest.raises(fmb.ModelError, match=r"report of another model .*about=flexmb.check\(model\)"):
+        fmb.first_frequencies(masses_on_springs(n), about=report)
 
 
 def test_stiff_and_soft_parts_in_one_model():

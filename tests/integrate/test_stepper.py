@@ -406,3 +406,39 @@ def test_what_watches_a_run_forgets_a_step_that_is_taken_back(name):
         after = known(run)
         assert after[:5] == before[:5]
         assert after[5].get("contacts ended", 0) == before[5].get("contacts ended", 0)
+
+
+def soft_arm(*, events=()) -> fmb.Model:
+    """Return a reduced beam of 1 m, clamped, which an input bends."""
+    square, points = fmb.fem.Section.rectangle(0.01, 0.01), np.linspace((0, 0, 0), (1, 0, 0), 5)
+    fe = fmb.fem.frame(points=points, section=square, material=fmb.MATERIALS["steel"])
+    data = fmb.reduction.reduce(fe, interfaces={"a": (0, 0, 0), "b": (1, 0, 0)}, modes=2)
+    return fmb.Model(
+        bodies=[fmb.Ground(markers={"A": (0, 0, 0)}), fmb.FloatingBody("arm", data=data, damping=0.1)],
+        joints=[fmb.Fixed("wall", markers=("ground.A", "arm.a"))],
+        forces=[fmb.PointLoad("pull", marker="arm.b", force=(0, fmb.input("pull"), 0))],
+        events=events,
+    )
+
+
+@pytest.mark.filterwarnings("ignore::flexmb.errors.ValidityWarning")
+@pytest.mark.parametrize(
+    "events", [(), (fmb.Event("later", at=0.15, then=fmb.Change("pull", force=(0, fmb.input("pull"), 0.1))),)]
+)
+def test_warnings_of_a_branch_that_is_taken_back_are_forgotten(events):
+    """On the branch alone the arm carries loads that change its stiffness by more than a tenth."""
+    with fmb.stepper(soft_arm(events=events), integrator=fmb.GeneralizedAlpha(), t_end=1.0) as run:
+        run.set("pull", 1.0)
+        run.advance(to=0.1)
+        before, moment = run.solution.statistics, run.save()
+        for _ in range(2):
+            run.set("pull", 500.0)
+            run.advance(to=0.4)
+            bent = run.solution.statistics
+            assert any("Body 'arm' carries loads" in text for text in bent["warnings"])
+            assert bent["share of validity"]["Body 'arm'"]["left out"] > 1.0
+            run.restore(moment)
+            again = run.solution.statistics
+            assert again["share of validity"] == before["share of validity"]
+            assert again.get("warnings", []) == before.get("warnings", [])
+            assert again.get("notes", []) == before.get("notes", [])

@@ -16,10 +16,13 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigs, splu
 
+from flexmb.errors import ModelError
+from flexmb.integrate.check import Report
 from flexmb.integrate.impulsive import refuse_crowds, refuse_impulses
 from flexmb.integrate.linear.driven import driven_accelerations
 from flexmb.integrate.linear.linearize import linearize
 from flexmb.integrate.matrices import adjoint, tangent_at
+from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.accelerations import accelerations, settled_accelerations
@@ -27,6 +30,7 @@ from flexmb.system.damped_accelerations import unsolved
 from flexmb.system.given_state import given_state
 from flexmb.system.holds import refuse_holds
 from flexmb.system.mobility import mass_metric
+from flexmb.system.system import System
 
 __all__ = ["FirstFrequencies", "first_frequencies"]
 
@@ -85,8 +89,9 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
     model : Model
         A large one (more than 300 velocities) is taken at rest, its drives at their positions of the start.
     count : int
-    about : Solution or Instant, optional
-        A state of this model, for example its equilibrium (`statics`); default: the start as described.
+    about : Solution, Instant or Report, optional
+        A state of this model, for example its equilibrium (`statics`); default: the start as described. The report of
+        `check` stands for that start too, which is then not assembled again.
 
     Raises
     ------
@@ -102,12 +107,10 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
     """
     refuse_impulses(model, "first_frequencies")
     refuse_crowds(model, "first_frequencies")
-    system, state = (assemble_as_drawn if about is None else assemble)(model)
+    system, state = _assembled_about(model, about)
     refuse_holds(system, "first_frequencies")
-    if about is not None:
-        state = given_state(about, system, "first_frequencies")
     if system.nu <= DENSE:
-        found = linearize(model, about).frequencies
+        found = linearize(model, None if isinstance(about, Report) else about).frequencies
         positive = found[found > UNSEEN * found.max(initial=0.0)]
         return FirstFrequencies(
             frequencies=positive[:count], free=len(found) - len(positive), more=len(positive) > count
@@ -127,6 +130,23 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
     M, L, G = (scale @ tangent.M @ scale).tocsr(), (scale @ tangent.L[:, kept]).tocsr(), (tangent.G[kept] @ scale)
     found = np.sqrt(_squares(K, M, L, G.tocsr(), 2 * count + 8)) / (2.0 * np.pi)
     return FirstFrequencies(frequencies=found[:count], free=None, more=len(found) > count)
+
+
+def _assembled_about(model: Model, about: Any) -> tuple[System, State]:
+    """Return the system of a model, and the state of it that is asked about."""
+    if isinstance(about, Report):
+        if about.model is not model:
+            raise ModelError(
+                "first_frequencies",
+                found=f"the report of another model ('{about.model.name}')",
+                expected=f"that of model '{model.name}'",
+                remedy="Give about=flexmb.check(model), or leave about out",
+            )
+        return about.assembled or assemble_as_drawn(model)
+    if about is None:
+        return assemble_as_drawn(model)
+    system = assemble(model)[0]
+    return system, given_state(about, system, "first_frequencies")
 
 
 def _squares(K, M, L, G, count: int) -> np.ndarray:

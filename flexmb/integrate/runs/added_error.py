@@ -12,7 +12,7 @@ from typing import Any
 from flexmb.integrate.runs.counts import together
 from flexmb.integrate.runs.reaction_errors import OF_REACTIONS, smaller, unresolved
 
-__all__ = ["ADDED_UP", "UNKNOWN", "AddedError", "started_again", "tell_of", "told_of"]
+__all__ = ["ADDED_UP", "UNKNOWN", "AddedError", "is_of_a_pole", "started_again", "tell_of", "told_of"]
 
 SHARE = 0.05
 """Of the largest motion, from which on a run warns."""
@@ -91,6 +91,13 @@ def told_of(integrator: Any, system: Any, variables: Any) -> AddedError | None:
     return None if estimate is None or not system.nu else estimate(system, variables)
 
 
+def is_of_a_pole(error: AddedError, lost: float | None) -> bool:
+    """Is an error that of the steps towards the time from which on a force has no value? They go beside it or over it,
+    and what they are wrong by says nothing about the samples, which end before.
+    """
+    return lost is not None and error.t > lost
+
+
 def started_again(integrator: Any, before: Any, start: Sequence[Any], within: bool = False) -> Any:
     """Return the variables of an integrator that starts, at (system, state, work, t_end), where it has been at work.
 
@@ -104,9 +111,23 @@ def started_again(integrator: Any, before: Any, start: Sequence[Any], within: bo
     return integrator.taken_over(start[0], before, variables) if hasattr(integrator, "taken_over") else variables
 
 
-def tell_of(integrator: Any, system: Any, variables: Any, statistics: dict[str, Any], validity: Any) -> None:
-    """Write the largest share to the statistics of a run, and give its warning and note."""
+def tell_of(
+    integrator: Any,
+    system: Any,
+    variables: Any,
+    statistics: dict[str, Any],
+    validity: Any,
+    *,
+    lost: float | None = None,
+) -> None:
+    """Write the largest share to the statistics of a run, and give its warning and note.
+
+    `lost` is the time, s, of the last sample before a force or drive has no value any more.
+    """
     error = told_of(integrator, system, variables)
+    if error is not None and is_of_a_pole(error, lost):
+        statistics[ADDED_UP] = UNKNOWN
+        return
     if error is None:
         if getattr(integrator, "follow_errors", True) and system.nu:
             statistics[ADDED_UP] = UNKNOWN

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from copy import copy, deepcopy
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,16 @@ class CreepWatch:
         self._last: tuple[float, np.ndarray, np.ndarray] | None = None
         self._begin: np.ndarray | None = None
         self._work: Any = None
+        self._switching: Any = None
+
+    def copied(self) -> CreepWatch:
+        """Return a watch that has seen the same, and goes on by itself."""
+        twin = copy(self)
+        if len(self.rows):
+            for name in ("way", "crept", "stood", "path", "speed"):
+                setattr(twin, name, getattr(self, name).copy())
+            twin._switching = deepcopy(self._switching)
+        return twin
 
     def look(self, rows: dict[str, np.ndarray]) -> None:
         """Take a block of samples."""

@@ -89,6 +89,8 @@ class Phases:
         self.happened = Happened()
         self.outlook = Outlook(float(times[0]), float(times[-1]))
         self.contacts = CoarseContacts(integrator)
+        self.lost: float | None = None
+        """Time, s, of the last sample before a force or drive has no value, where that has ended the run."""
 
     @property
     def t(self) -> float:
@@ -304,6 +306,7 @@ class Phases:
         at_end = unstable_at_end, system, work, start, known, outcome.reached
         gone = gone or looked_at(self.interruption, self.validity, *at_end)
         ending = None if unknown or gone else self.kept.gradients.ending(outcome)
+        self.lost = self.t if unknown else None
         return ending or failed_with(model, outcome, unknown, gone)
 
     def _next_block(self, block: int, spent: float, most: int) -> int:
@@ -324,7 +327,7 @@ class Phases:
         divided = divided_steps(self.integrator, self.statistics, self.t)
         coarse = self.contacts.sentences(self.t - float(self.times[0]))
         self.validity.tell([*divided, *sentences_about(self.jumps), *self.validity.creeps(), *coarse])
-        tell_of(self.integrator, system, self.variables, self.statistics, self.validity)
+        tell_of(self.integrator, system, self.variables, self.statistics, self.validity, lost=self.lost)
 
     def _hold(self, now: float, row, system, work, works) -> None:
         """Keep the state that has been reached, and what the integrator knows: now and then while no samples come, and

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb.errors import IntegrationError
 from flexmb.integrate.runs import contradiction, inversion
-from flexmb.integrate.runs.added_error import ADDED_UP, started_again, told_of
+from flexmb.integrate.runs.added_error import ADDED_UP, UNKNOWN, is_of_a_pole, started_again, told_of
 from flexmb.integrate.runs.after_event import assembled_after
 from flexmb.integrate.runs.arrival import arrived, is_as_asked
 from flexmb.integrate.runs.block_start import copied, scratch, shared
@@ -58,6 +58,8 @@ class SteppedPhase:
         self.work, self.planned, self.works = system.workspace(), t_end, works
         self.variables: Any = None
         self.error_told = False
+        self.lost: float | None = None
+        """Time, s, of the last state before a force or drive has no value, where that has ended the run."""
         self.last: Rows = {}
         self.rows: list[Rows] = []
         self.given: list[list[float]] = []
@@ -165,6 +167,7 @@ class SteppedPhase:
                 q, u, begin = known["q"][-1], known["u"][-1], float(known["t"][-1])
                 a, unknown = known["a"][-1], unknown_value(self.system, q, u, begin, mark)
                 unknown = unknown or unknown_on_the_way(self.system, begin, q, u, a, outcome.reached)
+                self.lost = begin if unknown else None
                 gone = None if unknown else self.growth.at_failure(known, outcome.reached)
                 ending = None if unknown or gone else self._gradients.ending(outcome)
                 wrong = ending or failed_with(self.model, outcome, unknown, gone)
@@ -287,8 +290,9 @@ class SteppedPhase:
         self.watch.passed.clear()
         self.watch.passed.update(passed)
         self.contacts, self.energy = copy.deepcopy(watched[2:4], self._same())
-        self.contact_counts, growth, jumps = watched[4:]
+        self.contact_counts, growth, jumps, self.error_told, self.lost, sunk = watched[4:]
         del self.jumps[jumps:]
+        self.sunk.told = set(sunk)
         self.ended = "finished"
         self._gradients.last = None
         for array, kept in zip(scratch(self.system, self.work), arrays, strict=True):
@@ -301,7 +305,9 @@ class SteppedPhase:
     def _watched(self):
         copies = copy.deepcopy((self.contacts, self.energy), self._same())
         growth = self.growth.saved(self._steps())
-        return dict(self.watch.last), dict(self.watch.passed), *copies, self.contact_counts, growth, len(self.jumps)
+        told = self.error_told, self.lost, frozenset(self.sunk.told)
+        passed = dict(self.watch.last), dict(self.watch.passed)
+        return *passed, *copies, self.contact_counts, growth, len(self.jumps), *told
 
     def _same(self) -> dict[int, Any]:
         """Return what copies of what watches the run share with it, by identity."""
@@ -334,7 +340,7 @@ class SteppedPhase:
     def statistics(self) -> dict[str, Any]:
         """Return the numbers of the integrator since it began."""
         error = told_of(self.integrator, self.system, self.variables)
-        added = {} if error is None else {ADDED_UP: error.number}
+        added = {} if error is None else {ADDED_UP: UNKNOWN if is_of_a_pole(error, self.lost) else error.number}
         self._look_at_contacts()
         return {**numbers_of(self.integrator, self.system, self.variables), **added, **self.contact_counts}
 
@@ -358,6 +364,7 @@ class SteppedPhase:
         steps = self._steps()
         validity.tell(self.growth.sentences([*self.rows, self.last], self.t, steps))
         error = told_of(self.integrator, self.system, self.variables)
+        error = None if error is None or is_of_a_pole(error, self.lost) else error
         if error is not None and not self.error_told and (sentences := error.sentences(self.integrator)):
             self.error_told = True
             validity.tell(sentences)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,6 +45,7 @@ class Moment:
     _variables: Any
     _samples: tuple[int, ...]
     _status: Status | None
+    _validity: dict[str, Any]
 
     def __repr__(self):
         return f"Moment(t = {self.t:.9g} s)"
@@ -155,6 +157,7 @@ class Stepper:
             if isinstance(following, Status):
                 self._status = following
                 return False
+            self._phase.look(self._validity)  # now: a moment that is saved later knows what this phase had to tell
             self._done.append(self._phase)
             self._phase = following
             self._readers.clear()
@@ -180,10 +183,12 @@ class Stepper:
             _variables=phase.saved(),
             _samples=(*(len(done.rows) for done in self._done), len(phase.rows)),
             _status=self._status,
+            _validity=self._validity.saved(),
         )
 
     def restore(self, moment: Moment) -> None:
-        """Go back to a saved moment of this run: what came after it is forgotten, inputs have the values of then.
+        """Go back to a saved moment of this run: what came after it is forgotten, with its warnings, and inputs have
+        the values of then.
 
         The steps that follow are those that would have followed then, to the last bit; but IDA, whose solver keeps
         what it knows to itself, begins there anew.
@@ -199,6 +204,7 @@ class Stepper:
         number = phases.index(moment._phase)
         self._done, self._phase = list(phases[:number]), moment._phase
         self._phase.restore(moment._variables, moment._samples[-1])
+        self._validity.restore(moment._validity)
         self._status = moment._status
         self._readers.clear()
 
@@ -212,7 +218,7 @@ class Stepper:
         phases = [phase.result() for phase in (*self._done, self._phase)]
         statistics = {
             **self._phase.statistics(),
-            **self._validity.statistics,
+            **deepcopy(self._validity.statistics),  # which goes on to change
             "integrator": repr(self._phase.integrator),
         }
         return Solution(phases=tuple(phases), status=self.status, statistics=statistics)

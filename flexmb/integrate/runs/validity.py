@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -145,6 +146,14 @@ class Validity:
         """Keep what is worth knowing and needs no warning."""
         self.notes += [sentence for sentence in sentences if sentence not in self.notes]
 
+    def saved(self) -> dict[str, Any]:
+        """Return what was found until now, for `restore`."""
+        return _copies(vars(self))
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Return to what `saved` has returned: what was found since then is forgotten."""
+        vars(self).update(_copies(saved))
+
     @property
     def statistics(self) -> dict[str, Any]:
         """Largest measures by body, 1 at the limit, if one is watched, the warnings and the notes, if there are any."""
@@ -174,6 +183,14 @@ class Validity:
         no_matrix(self._work.weights)
         evaluate(self._system.program, state, self._work)
         return state, self._work
+
+
+def _copies(own: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attributes of a `Validity` with copies of what looks change; systems and workspaces are shared."""
+    lists = {name: list(own[name]) for name in ("shared", "sentences", "notes")}
+    largest = {title: dict(known) for title, known in own["largest"].items()}
+    creep = None if own["_creep"] is None else own["_creep"].copied()
+    return {**own, **lists, "largest": largest, "_creep": creep, "_readers": copy(own["_readers"])}
 
 
 def in_equilibrium(phase: Phase, since: str = "in equilibrium", told: Iterable[str] = ()) -> dict[str, Any]:
