@@ -44,6 +44,7 @@ from flexmb.cli import (
     view,
     warm,
 )
+from flexmb.cli.harmless_output import harmless_output
 from flexmb.cli.reduction_lines import ReductionLines
 from flexmb.cli.remedies import in_files_and_options
 from flexmb.cli.written_files import add_overwrite, refuse_to_lose
@@ -59,6 +60,8 @@ VERBS: tuple[ModuleType, ...] = (
 )
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""
 
+NAMED = {"run": "run folder", "out": "file or folder to write"}
+"""What arguments name that need not be a file."""
 FAILED, INTERRUPTED = 2, 130
 MEMORY = 64_000_000
 """Bytes that must be left of a limit: with less, the compiler of the kernels ends the process without a word."""
@@ -66,6 +69,12 @@ MEMORY = 64_000_000
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``flexmb`` with the given arguments (by default the process's) and return the exit code."""
+    with harmless_output():
+        return _executed(arguments)
+
+
+def _executed(arguments: Sequence[str] | None) -> int:
+    """Return the exit code of a verb; what ends it is told."""
     shown, warnings.showwarning = warnings.showwarning, _shows_warnings()
     lost, sys.unraisablehook = sys.unraisablehook, _strike_again
     command = "flexmb"
@@ -118,11 +127,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _check_names(given: argparse.Namespace) -> None:
     """Raise ModelError for an argument that no file and no parameter can be called: a program may pass one."""
     for name, value in vars(given).items():
-        if name in ("model", "run", "data", "mesh") and "" in (value if isinstance(value, list) else [value]):
+        if name in ("model", "run", "data", "mesh", "out") and "" in (value if isinstance(value, list) else [value]):
             raise ModelError(
                 f"flexmb {given.verb}",
                 found="an empty name",
-                expected=f"the name of a {'run folder' if name == 'run' else 'file'}",
+                expected=f"the name of a {NAMED.get(name, 'file')}",
                 remedy="Is a variable of the shell empty?",
             )
         for text in value if isinstance(value, list | tuple) else [value]:
@@ -138,10 +147,23 @@ def _check_names(given: argparse.Namespace) -> None:
 def _told(error: OSError) -> str:
     """Return an error of the file system as a sentence."""
     where = f"'{error.filename}'" if error.filename is not None else "The output"
+    if isinstance(error, FileNotFoundError) and not _there():
+        return (
+            "The working folder: it does not exist any more. Expected: a folder that is there. Go to another one (cd)"
+        )
     return (
         f"{where}: cannot be read or written ({error.strerror or error}). Expected: an existing place with the "
         "permission to use it, and free space. Correct the path, or free space"
     )
+
+
+def _there() -> bool:
+    """Is the working folder still there?"""
+    try:
+        os.getcwd()
+    except OSError:
+        return False
+    return True
 
 
 def _close_output() -> None:

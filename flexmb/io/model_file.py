@@ -28,6 +28,7 @@ from flexmb.io.simulation_table import simulation_of
 from flexmb.io.toml_text import parse_toml
 from flexmb.model.assembly import joined, placed
 from flexmb.model.foreign import Foreign
+from flexmb.model.kinds import LONGEST
 from flexmb.model.material import MATERIALS
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.model import Model
@@ -238,7 +239,8 @@ def _present(tables: dict[str, Any], table: str, context: Context) -> Iterator[t
     """Return place and entries of the tables of one name, without those whose `if` or `unless` leaves them out."""
     for number, raw in enumerate(_rows(tables, table, context.path.name), 1):
         name = raw.get("name")
-        where = f"{context.path.name}, [[{table}]] " + (f"'{name}'" if isinstance(name, str) else str(number))
+        told = isinstance(name, str) and name.isprintable() and len(name) <= LONGEST
+        where = f"{context.path.name}, [[{table}]] " + (f"'{name}'" if told else str(number))
         if _holds(raw, "if", True, where, context) and not _holds(raw, "unless", False, where, context):
             yield where, {field: entry for field, entry in raw.items() if field not in ("if", "unless")}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, fields, replace
 from typing import Any, ClassVar
@@ -19,6 +20,12 @@ from flexmb.model.primitives import Equation, Freedom
 from flexmb.model.table import Compiler, Table
 
 __all__ = ["Body", "Force", "Joint", "Part", "Sensor"]
+
+
+LONGEST = 1000
+"""Characters of a name: it is in messages, tables and files."""
+CONTROLS = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+"""Characters that end a line or steer a terminal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +48,13 @@ class Part(metaclass=Described):
                 found=f"name {self.name!r}",
                 expected="a non-empty text without dots",
                 remedy="Dots separate body and marker: 'crank.A'",
+            )
+        if len(self.name) > LONGEST or CONTROLS.search(self.name):
+            raise ModelError(
+                self.family,
+                found=f"name {self.name!r:.60}{'...' * (len(self.name) > LONGEST)}",
+                expected=f"at most {LONGEST} characters, none that ends a line or steers a terminal",
+                remedy="Leave out line ends, tabs and control characters, or choose a shorter name",
             )
         check_flags(self)
 

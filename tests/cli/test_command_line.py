@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 import warnings
+from pathlib import Path
 
 import pytest
 
@@ -239,3 +240,49 @@ def test_a_zero_byte_has_a_name(arguments, capsys):
     """No shell passes one, but a program that calls `main` may; before, a traceback of the file system."""
     assert main(arguments) == 2
     assert re.search(r"Argument '\w+': '.*\\x00.*', with a zero byte\. Expected", capsys.readouterr().err)
+
+
+def test_names_of_a_file_steer_no_terminal(tmp_path, capsys):
+    """Escape sequences of a foreign file reached the terminal, and with them its colours, title and clipboard."""
+    path = tmp_path / "m.toml"
+    for name in ("a\\u001b]52;c;ZWNobw==\\u0007", "two\\nlines", "a\\u0085b"):
+        path.write_text(f'[[body]]\nkind = "PointMass"\nname = "{name}"\nmass = 1.0\n', encoding="utf-8")
+        assert main(["check", str(path)]) == 2
+        told = capsys.readouterr().err
+        assert "none that ends a line or steers a terminal" in told
+        assert told.count("\n") == 1
+        assert not set(told) & {"\x1b", "\x07", "\x85"}
+    turned = 'name = "\u202efdp.exe"\n[[body]]\nkind = "PointMass"\nname = "p"\nmass = 1.0\n\'\x1b[31m\' = 1\n'
+    path.write_text(turned, encoding="utf-8")
+    assert main(["check", str(path)]) == 2  # TOML has no such key
+    assert "\x1b" not in capsys.readouterr().err
+    path.write_text(turned[: turned.index("'")], encoding="utf-8")
+    assert main(["check", str(path)]) == 0
+    assert "Model '\\u202efdp.exe'" in capsys.readouterr().out
+
+
+def test_names_of_a_million_characters_are_refused(tmp_path, capsys):
+    path = tmp_path / "m.toml"
+    path.write_text(f'[[body]]\nkind = "PointMass"\nname = "{"x" * 1_000_000}"\nmass = 1.0\n', encoding="utf-8")
+    assert main(["check", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert "at most 1000 characters" in told
+    assert len(told) < 3000
+
+
+def test_an_empty_name_of_a_run_folder_is_refused(tmp_path, capsys, monkeypatch):
+    """An empty variable of the shell, --out "$PLACE", wrote into the folder that is usual."""
+    monkeypatch.chdir(tmp_path)
+    Path("m.toml").write_text('[[body]]\nkind = "PointMass"\nname = "p"\nmass = 1.0\n', encoding="utf-8")
+    assert main(["run", "m.toml", "--t-end", "0.1", "--out", ""]) == 2
+    assert "an empty name. Expected: the name of a file or folder to write" in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["m.toml"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a folder in use cannot be removed there")
+def test_a_working_folder_that_is_gone_is_named(tmp_path, capsys, monkeypatch):
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    assert main(["check", "m.toml"]) == 2
+    assert "working folder: it does not exist any more" in capsys.readouterr().err
