@@ -312,12 +312,12 @@ class GeneralizedAlpha(metaclass=Described):
     ) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
         so far, to be called again from the next."""
-        n, nq, nu = last - first, system.nq, system.nu
+        n, nq, nu, now = last - first, system.nq, system.nu, variables.own.run["t"]
         # written up to where the run comes
         shapes = {"t": n, "q": (n, nq), "u": (n, nu), "a": (n, nu), "lam": (n, system.ng), "works": (n, 3)}
         rows = {name: np.empty(shape) for name, shape in shapes.items()}
         whole = tuple(rows.values())
-        smallest = smallest_step(float(variables.own.run["t"][0]), float(samples[last - 1]))
+        smallest = smallest_step(float(now[0]), float(samples[last - 1]))
         controls = self._controls_of(system)._replace(smallest=smallest)
         run_on, (reached, reason), pace = direct(system, run_steps), (first, PAUSED), Patience(patience)
         while reason == PAUSED:
@@ -330,7 +330,7 @@ class GeneralizedAlpha(metaclass=Described):
             rows = {name: array[: reached - first] for name, array in rows.items()}
         if system.implicit:
             settle_rows(system, work, rows)
-        at = float(variables.own.run["t"][0])
+        at = float(now[0])
         if reason in (0, PAUSED):
             return Outcome(rows=rows, reached=at)
         outcome = Outcome(rows=rows, failure=self._reason(system, work, variables.own, reason), reached=at)
@@ -345,9 +345,11 @@ class GeneralizedAlpha(metaclass=Described):
     def jumped(self, system, work, variables: Motions) -> bool:
         """Go on with accelerations that loads make after a jump, at the present time; return if there are any."""
         found = direct(system, take_jump)(system.program, work, variables, 12 if system.redundant else 2) < 0
+        if not found or not system.implicit:
+            return found
         v = variables.own
         now = system.state(float(v.run["t"][0]), v.q, v.body_u)._replace(a=v.body_a, lam=v.lam)
-        return found and (not system.implicit or is_solved(system, now, v.right, work))
+        return is_solved(system, now, v.right, work)
 
     def held(self, system, work, variables: Motions, t: float, q: np.ndarray) -> bool:
         """Go on from the time t with values that blocks hold from then on, the last of q (nq,); return if it can."""

@@ -117,9 +117,9 @@ class SteppedPhase:
         due = min((e for e in self.timed if e.at <= goal), key=lambda e: e.at, default=None) if self.timed else None
         end = goal if due is None else max(due.at, self.t)
         marks, anew = self._marks(end)
-        for mark in marks[1:]:
+        for mark in marks:
             while self.t < mark:
-                found = self._to(float(mark))
+                found = self._to(mark)
                 if found is None:
                     break
                 if not isinstance(found[0], Switching):
@@ -132,30 +132,34 @@ class SteppedPhase:
             self.growth.require_followed([*self.rows, self.last], self.t, self._steps())
         return None if due is None else self._happened(due, self.last)
 
-    def _marks(self, end: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the present time, `end`, and the times between at which signals are not smooth; those at which to
-        begin anew.
+    def _marks(self, end: float) -> tuple[list[float], frozenset[float]]:
+        """Return the times to stop at after the present one: at which signals are not smooth, and `end`; and those at
+        which to begin anew.
         """
         begin = self.t
-        times = np.array([begin, end]) if end > begin else np.array([begin])
         known = self.system.signal_times.between(begin, max(self.planned, end))
-        anew = np.empty(0)
-        if len(times) > 1 and (len(known.breaks) or len(known.fine)):
+        smooth = not len(known.breaks) and not len(known.fine)
+        if not end > begin:
+            return [], frozenset()
+        if smooth and not self.watch.events and not self._gradients.numbers:
+            return [end], frozenset()
+        times, anew = np.array([begin, end]), np.empty(0)
+        if not smooth:
             times, anew = with_breaks(self.system, times, getattr(self.integrator, "remembers", False))
             times = with_fine(self.system, times)
-        if self.watch.events and len(times) > 1:
+        if self.watch.events:
             parts = [np.linspace(a, b, LOOKS + 1)[:-1] for a, b in pairwise(times)]
             times = np.concatenate([*parts, times[-1:]])
         if self._gradients.numbers:
             self._gradients.look(self.last)
             times = self._gradients.resolved(times, 1, len(times))
-        return times, anew
+        return times[1:].tolist(), frozenset(anew.tolist())
 
     def _to(self, mark: float):
         """Integrate to a time; return (event, row just past it) if one happens before."""
-        rows: Rows = {"t": np.empty(0)}
+        rows: Rows = {}
         samples = np.array([self.t, mark])
-        while not len(rows["t"]):
+        while not rows or not len(rows["t"]):
             outcome = self.integrator.run(self.system, self.work, self.variables, samples, 1, 2, PATIENCE)
             rows = outcome.rows
             if not is_as_asked(rows, mark):
@@ -191,12 +195,17 @@ class SteppedPhase:
         self.last = after
         return event, after
 
+    def _turned(self) -> int:
+        """Return the number of the switch, from 1 on, whose markers have turned too far against each other; or 0."""
+        switching = getattr(self.variables, "switching", None)
+        return 0 if switching is None or not len(switching.now) else int(switching.limits["turned"][0])
+
     def _require_sound(self, row: Rows) -> None:
         """Raise IntegrationError where no later state means anything."""
-        turned = getattr(getattr(self.variables, "switching", None), "limits", None)
-        if turned is not None and turned["turned"][0]:
+        turned = self._turned()
+        if turned:
             raise IntegrationError(
-                self.system.switch_owners[turned[0].turned - 1],
+                self.system.switch_owners[turned - 1],
                 found="its markers have turned against each other by half a turn",
                 expected="less than half a turn, where its moment would jump to the opposite sign",
                 remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",
