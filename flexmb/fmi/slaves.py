@@ -15,7 +15,7 @@ __all__ = ["Fmi2Motion", "Fmi3Motion"]
 
 DESCRIPTION = (
     "Mechanism simulated by flexmb. The unit runs in hosts that load a Python interpreter in which flexmb is "
-    "installed; its binary does not bring one."
+    "installed; its binary does not bring one. No directional derivatives: the binary refuses such calls."
 )
 
 
