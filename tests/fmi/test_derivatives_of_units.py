@@ -1,4 +1,4 @@
-"""What a host gets of the derivatives of an exported unit: none from its binary, the linear plant, differences of steps."""
+"""What a host gets of the derivatives of an exported unit: the linear plant and differences of steps, nothing more."""
 
 import subprocess
 import sys
