@@ -15,7 +15,7 @@ from flexmb.view.graphics import require_graphics
 from flexmb.view.labels import Labels, places, refuse_unknown
 from flexmb.view.stage import Look, Stage
 
-__all__ = ["largest_stress", "overlay", "render", "require_hidden", "upwards"]
+__all__ = ["hidden_parts", "largest_stress", "overlay", "render", "require_hidden", "upwards"]
 
 STILL = (".png", ".jpg")
 MOVING = (".gif", ".mp4")
@@ -53,7 +53,8 @@ def render(
     rate : float, 1/s
         Pictures per second of an animation.
     hide : sequence of str
-        What is not drawn: names of bodies, or "joints", "springs", "supports".
+        What is not drawn: names of bodies or surfaces, or "joints", "springs", "supports". A body in whose place its
+        surfaces are drawn goes with them.
     labels : mapping of text to marker or body, or "bodies", optional
         Texts in still pictures, each at a marker, "body.marker", or the middle of a body; "bodies" (also as a place in
         the mapping) writes the names of all bodies, as far as they do not cover one another: the larger bodies first.
@@ -121,13 +122,31 @@ def _hidden(scene: Scene, hide: Sequence[str]) -> tuple[str, ...]:
     """Return the names of what is not drawn; FlexmbError for unknown ones, or if nothing would be left."""
     names = (hide,) if isinstance(hide, str) else tuple(hide)
     require_hidden([scene], names)
-    return names
+    return hidden_parts(scene, names)
+
+
+def hidden_parts(scene: Scene, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the parts that are not drawn: for a body in whose place its surfaces are drawn, these."""
+    instead = _drawn_instead(scene)
+    return tuple(part for name in names for part in instead.get(name, (name,)))
+
+
+def _drawn_instead(scene: Scene) -> dict[str, list[str]]:
+    """Return the drawn surfaces of every body that is not drawn itself."""
+    drawn, instead = {part.name for part in scene.parts}, {}
+    for own in scene.solution.model.surfaces if scene.solution.model is not None else ():
+        body = own.marker.partition(".")[0] if hasattr(own, "shape") else ""
+        names = {own.name, f"{own.name}_surface"} & drawn
+        if body and body not in drawn and names:
+            instead.setdefault(body, []).extend(names)
+    return instead
 
 
 def require_hidden(scenes: Sequence[Scene], names: tuple[str, ...]) -> None:
     """FlexmbError for names that none of the scenes draws, or if one of them would be left empty."""
     each = [[part.name for part in scene.parts] for scene in scenes]
-    known = list(dict.fromkeys(name for own in each for name in own))
+    instead = [name for scene in scenes for name in _drawn_instead(scene)]
+    known = list(dict.fromkeys([*(name for own in each for name in own), *instead]))
     layers = ("joints", "springs", "supports")
     for name in names:
         if known and name not in known and name not in layers:
@@ -137,7 +156,7 @@ def require_hidden(scenes: Sequence[Scene], names: tuple[str, ...]) -> None:
                 expected=f"a body that is drawn, or one of {', '.join(layers)}",
                 remedy=did_you_mean(name, [*known, *layers]) or f"One of: {listed(name, known)}",
             )
-    if any(set(own) <= set(names) for own in each):
+    if any(set(own) <= set(hidden_parts(scene, names)) for own, scene in zip(each, scenes, strict=True)):
         raise FlexmbError("Picture", found="everything is hidden", expected="something to draw", remedy="Hide less")
 
 

@@ -18,7 +18,7 @@ from flexmb.view import report_model, report_results, report_stress, report_trus
 from flexmb.view.curves import COLORS
 from flexmb.view.graphics import require_graphics
 from flexmb.view.labels import Labels, known_labels, places, refuse_unknown
-from flexmb.view.pictures import largest_stress, require_hidden, upwards
+from flexmb.view.pictures import hidden_parts, largest_stress, require_hidden, upwards
 from flexmb.view.report_results import Run, event_times
 from flexmb.view.stage import Stage
 
@@ -168,7 +168,8 @@ def _stills(runs: list[Run], camera, labels: Labels, hide: tuple[str, ...]) -> s
     """Pictures at the start, at events (or half way) and at the end; of several runs their ends."""
     scenes = [(run, Scene(run.solution)) for run in runs if run.solution.model is not None]
     require_hidden([scene for _, scene in scenes], hide)
-    refuse_unknown([scene for _, scene in scenes], labels, hide)
+    gone = [hidden_parts(scene, hide) for _, scene in scenes]
+    refuse_unknown([scene for _, scene in scenes], labels, tuple(name for own in gone for name in own))
     try:
         require_graphics()
     except FlexmbError as error:
@@ -177,17 +178,17 @@ def _stills(runs: list[Run], camera, labels: Labels, hide: tuple[str, ...]) -> s
     most = max(
         (largest_stress(scene, range(len(scene.times))) for _, scene in scenes), default=0.0
     )  # one scale for all
-    for run, scene in scenes:
+    for (run, scene), hidden in zip(scenes, gone, strict=True):
         frames = _chosen(scene, run.solution) if len(runs) == 1 else [len(scene.times) - 1]
-        stage = Stage(scene, PIXELS, most, hide=hide)
+        stage = Stage(scene, PIXELS, most, hide=hidden)
         try:
             stage.add_state(frames[0])
             toward = camera.get(run.name) if isinstance(camera, Mapping) else camera
             stage.look_from(toward, upwards(run.solution.model), list(range(len(scene.times))))
-            own = known_labels(scene, labels, hide)
+            own = known_labels(scene, labels, hidden)
             for frame in frames:
                 stage.move_to(frame)
-                stage.label(*places(scene, own, frame, hide))
+                stage.label(*places(scene, own, frame, hidden))
                 title = f"t = {scene.times[frame]:.4g} s" + (f", {run.name}" if len(runs) > 1 else "")
                 figures.append(report_results.figure(title, _image(stage.picture(), title)))
         finally:

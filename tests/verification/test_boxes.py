@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb.integrate.nonsmooth import step
+from flexmb.integrate.nonsmooth.restitution import solve_impulses
 from flexmb.surfaces.box_pairs import find_between_boxes, plane_between_boxes
 from flexmb.surfaces.records import CONTACT, HEADER
 
@@ -82,6 +84,22 @@ def test_contacts_that_are_not_solved_end_the_run(tolerance):
     method = fmb.MoreauJean(step=5e-3, tolerance=tolerance, sweeps=2)
     with pytest.raises(fmb.IntegrationError, match=r"laws of contact between .* are missed by .* after 2 sweeps"):
         fmb.simulate(boxes(*tower), 0.1, integrator=method, samples=3)
+
+
+def test_a_first_step_that_is_refused_is_solved_once(monkeypatch):
+    """Forces of the first sample come from the first step, of which the run knows that it fails."""
+    solved = []
+
+    def counted(*given):
+        solved.append(1)
+        return solve_impulses(*given)
+
+    monkeypatch.setattr(step, "solve_impulses", counted)
+    tower = [cube((0, 0, 0.1 + SIDE * k), turned((0, 0, 1), 0.3 * k)) for k in range(8)]
+    method = fmb.MoreauJean(step=5e-3, tolerance=1e-8, sweeps=2)
+    with pytest.raises(fmb.IntegrationError, match="laws of contact between"):
+        fmb.simulate(boxes(*tower), 0.1, integrator=method, samples=3)
+    assert len(solved) == 1
 
 
 def test_a_bar_lands_on_the_edge_of_another():

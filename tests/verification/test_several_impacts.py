@@ -61,21 +61,21 @@ def pressed(D, q, least):
 
 
 def expected(masses, speeds, es, rule):
-    """Return the velocities after the impact of touching balls by the law of Newton, or of Poisson.
-
-    Contacts that touch without nearing each other have no impulse of their own to give back, eq. (poisson-law).
-    """
-    v, e, n = np.array(speeds), np.array(es), len(es)
+    """Return the velocities after the impact of touching balls by the law of Newton or Poisson, eq. (poisson-law)."""
+    v, n = np.array(speeds), len(es)
     W = np.zeros((n, n + 1))
     W[range(n), range(n)], W[range(n), range(1, n + 1)] = -1.0, 1.0
     inverse = np.diag(1.0 / np.array(masses))
-    D, q, none = W @ inverse @ W.T, W @ v, np.zeros(n)
+    return v + inverse @ W.T @ impulses(W @ inverse @ W.T, W @ v, np.array(es), rule)
+
+
+def impulses(D, q, e, rule):
+    """Return the impulses of closed contacts with the mobility D and the velocities q before."""
+    none = np.zeros(len(q))
     if rule == "Newton":
-        P = pressed(D, q + e * np.minimum(q, 0.0), none)
-    else:
-        compression = pressed(D, q, none)
-        P = compression + pressed(D, q + D @ compression, np.where(q < 0.0, e, 0.0) * compression)
-    return v + inverse @ W.T @ P
+        return pressed(D, q + e * np.minimum(q, 0.0), none)
+    compression = pressed(D, q, none)
+    return compression + pressed(D, q + D @ compression, e * compression)
 
 
 @pytest.mark.parametrize("rule", ["Newton", "Poisson"])
@@ -85,6 +85,98 @@ def test_touching_balls_with_unequal_restitution(masses, speeds, rule):
     """Each contact has its own e: 0.9, 0.1, 0.6 and 0.3."""
     found = after(row(masses, speeds, UNEQUAL, rule), 0.004)
     assert found == pytest.approx(expected(masses, speeds, UNEQUAL, rule), abs=1e-7)
+
+
+@pytest.mark.parametrize(("first", "second"), [(0.5, 1.0), (0.3, 0.9), (0.0, 0.0)])
+def test_what_rests_gives_back_what_is_pressed_into_it(first, second):
+    """Three equal balls, the first of which strikes at 1 m/s, by hand.
+
+    All three move with 1/3 after the compression, with the impulses 2/3 and 1/3. Each contact gives back e times its
+    own, as long as the balls part, e1 <= e2 <= 4 e1 (Glocker & Pfeiffer 1995).
+    """
+    model = row((1.0,) * 3, (1.0, 0.0, 0.0), (first, second), "Poisson")
+    by_hand = (1.0 - 2.0 * first) / 3.0, (1.0 + 2.0 * first - second) / 3.0, (1.0 + second) / 3.0
+    assert after(model, 0.004) == pytest.approx(by_hand, abs=1e-7)
+
+
+def test_energy_never_grows(rng):
+    """Poisson's law without friction takes energy, or none, whatever the restitutions of the contacts are."""
+    lost = []
+    for _ in range(8):
+        masses, es = tuple(10.0 ** rng.uniform(-1, 1, 5)), tuple(rng.uniform(0, 1, 4))
+        speeds = (rng.uniform(0.5, 2), 0.0, 0.0, 0.0, -rng.uniform(0.5, 2))
+        found = after(row(masses, speeds, es, "Poisson"), 0.004)
+        assert found == pytest.approx(expected(masses, speeds, es, "Poisson"), abs=1e-7)
+        before = np.dot(masses, np.square(speeds))
+        lost.append(1.0 - np.dot(masses, np.square(found)) / before)
+    assert min(lost) >= 0.0
+    es = (1.0,) * 4
+    found = after(row(MASSES[1], SPEEDS[1], es, "Poisson"), 0.004)
+    assert np.dot(MASSES[1], np.square(found)) == pytest.approx(np.dot(MASSES[1], np.square(SPEEDS[1])), rel=1e-7)
+
+
+@pytest.mark.parametrize(("e", "ends"), [((1.0, 0.0), (0.5, 0.0)), ((0.5, 0.5), (0.0, 0.5)), ((0.0, 0.8), (0.0, 0.8))])
+def test_a_rod_that_rests_on_one_end(e, ends):
+    """A slender rod turns about one end, which rests, and strikes with the other at 1 m/s: velocities of its ends.
+
+    m D = (4, -2; -2, 4), so the compression is m/6 and m/3: the floor presses below the end that rests, too.
+    """
+    half, names = 0.5, ("left", "right")
+    rod = fmb.RigidBody(
+        "rod",
+        mass=1.0,
+        inertia=(1e-3, 1.0 / 12.0, 1.0 / 12.0),
+        at=(0, 0, 0),
+        velocity=(0, 0, -0.5),
+        angular_velocity=(0, 1.0, 0),
+        markers={"left": (-half, 0, 0), "right": (half, 0, 0)},
+    )
+    tiny = 1e-6 * np.array([(0, 0, 0), (1, 0, 2), (0, 1, 2), (-1, -1, 2.0)])
+    model = fmb.Model(
+        bodies=[fmb.Ground(), rod],
+        surfaces=[
+            fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane()),
+            *(fmb.Surface(name, marker=f"rod.{name}", shape=fmb.Hull(points=tiny)) for name in names),
+        ],
+        forces=[
+            fmb.SurfaceContact(name, surfaces=("floor", name), law=fmb.Rigid(restitution=x, rule="Poisson"))
+            for name, x in zip(names, e, strict=True)
+        ],
+        sensors=[fmb.Velocity(name, marker=f"rod.{name}") for name in names],
+    )
+    solution = fmb.simulate(model, 2e-6, integrator=fmb.MoreauJean(step=1e-6, tolerance=1e-10), samples=3)
+    D = np.array([[4.0, -2.0], [-2.0, 4.0]])
+    q = np.array([0.0, -1.0])
+    assert q + D @ impulses(D, q, np.array(e), "Poisson") == pytest.approx(ends, abs=1e-12)
+    assert [solution[name][-1, 2] for name in names] == pytest.approx(ends, abs=1e-5)
+
+
+def test_weight_is_not_given_back():
+    """A ball rests on a floor that gives back everything, while two others strike each other: it stays where it is."""
+    at = {"rests": (0, 0, RADIUS), "strikes": (1.0, 0, 1.0), "is struck": (1.0 + 2.0 * RADIUS + AHEAD, 0, 1.0)}
+    speeds = {"strikes": (1.0, 0, 0)}
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[
+            fmb.Ground(),
+            *(
+                fmb.RigidBody(name, mass=1.0, inertia=(1e-3,) * 3, at=place, velocity=speeds.get(name, (0, 0, 0)))
+                for name, place in at.items()
+            ),
+        ],
+        surfaces=[
+            fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane()),
+            *(fmb.Surface(name, marker=f"{name}.center", shape=fmb.Sphere(RADIUS)) for name in at),
+        ],
+        forces=[
+            fmb.SurfaceContact(name, surfaces=pair, law=fmb.Rigid(restitution=1.0, rule="Poisson"))
+            for name, pair in (("hold", ("floor", "rests")), ("hit", ("strikes", "is struck")))
+        ],
+        sensors=[fmb.Velocity(name, marker=f"{name}.center") for name in at],
+    )
+    solution = fmb.simulate(model, 0.004, integrator=fmb.MoreauJean(step=STEP), samples=41)
+    assert solution["is struck"][-1, 0] == pytest.approx(1.0, abs=1e-9)
+    assert np.abs(solution["rests"]).max() < 1e-12
 
 
 @pytest.mark.parametrize("rule", ["Newton", "Poisson"])

@@ -12,6 +12,7 @@ from flexmb.io.scene import Scene
 from flexmb.view import graphics, overlay, render, window
 from flexmb.view.interactive import opened
 from flexmb.view.labels import places, without_overlap
+from flexmb.view.pictures import hidden_parts, require_hidden
 from flexmb.view.stage import ELASTIC_LABEL, VIEW_ANGLE, Look, Stage, camera_position, framed_points
 from flexmb.view.viewpoint import best_direction, viewpoint
 
@@ -339,3 +340,46 @@ def test_messages(solution, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio.v2", None)
     with pytest.raises(FlexmbError, match=r"the package imageio.* is not installed.*pip install"):
         render(solution, tmp_path / "x.gif")
+
+
+@pytest.fixture(scope="module")
+def box_on_floor():
+    """A box that rests on a floor, with the areas of its contact."""
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(), fmb.RigidBody.box("box", density=1700.0, size=(0.2, 0.1, 0.06), at=(0, 0, 0.03))],
+        surfaces=[
+            fmb.Surface("floor", marker="ground.origin", shape=fmb.Plane()),
+            fmb.Surface("sides", marker="box.center", shape=fmb.Cuboid(size=(0.2, 0.1, 0.06)), spacing=0.01),
+        ],
+        forces=[
+            fmb.SurfaceContact("touch", surfaces=("floor", "sides"), law=fmb.ElasticFoundation(1e7, thickness=0.01))
+        ],
+    )
+    return fmb.simulate(model, 2e-3, samples=3)
+
+
+def test_a_body_is_hidden_with_the_surfaces_that_are_drawn_in_its_place(box_on_floor):
+    scene = Scene(box_on_floor)
+    assert [part.name for part in scene.parts] == ["floor", "sides", "touch"]
+    require_hidden([scene], ("box", "ground"))
+    assert hidden_parts(scene, ("box", "joints")) == ("sides", "joints")
+    with pytest.raises(FlexmbError, match=r"hide names 'bos'.*Did you mean 'box'"):
+        require_hidden([scene], ("bos",))
+    with pytest.raises(FlexmbError, match="everything is hidden"):
+        require_hidden([scene], ("box", "ground", "touch"))
+
+
+@pytest.mark.render
+def test_areas_of_contact_do_not_shine_through(box_on_floor, tmp_path):
+    """Squares below a box that stands are behind it: at most a thin line of them is seen along its lower edges."""
+    import pyvista
+
+    def pixels(name, hide):
+        path = render(box_on_floor, tmp_path / name, size=(640, 360), hide=hide)
+        drawn = pyvista.read(path).point_data.active_scalars.astype(float).reshape(360, 640, -1)
+        return drawn[:, 260:]  # right of the scale of colours
+
+    apart = np.abs(pixels("all.png", ()) - pixels("none.png", ("touch",))).max(axis=2) > 30
+    assert 0 < np.abs(pixels("below.png", ("box",)) - pixels("bare.png", ("box", "touch"))).max()
+    assert apart.mean() < 2e-3

@@ -32,7 +32,8 @@ POINT = np.dtype(
         ("gap", float),  # m
         ("restitution", float),
         ("poisson", float),
-        ("share", float),  # part of an approach that the body has without the forces of the step
+        ("was", float),  # m/s, normal velocity before the step
+        ("strikes", np.int64),  # 1: that is the approach of an impact, in this step
         ("friction", float),
         ("drilling", float),  # m
         ("rolling", float),  # m
@@ -66,6 +67,10 @@ class Problem(NamedTuple):
     """(n,) m/s, added to the normal velocity: of restitution, or of a gap that may close"""
     least: Floats
     """(n,) N s, least normal impulse"""
+    before: Floats
+    """(nu + ng,) velocities before the step, in body axes as W; zeros for the joints"""
+    struck: FloatRows
+    """(n, 6) N s, N m s, what impacts press into contacts that follow Poisson's law"""
     active: Integers
     """(n,) 1: takes part, 2: as an impact, 0: is not reached in this step"""
 
@@ -114,6 +119,8 @@ def new_problem(points: np.ndarray, work, parts, frictionless: bool) -> Problem:
         P=np.zeros((n, 6)),
         shift=np.zeros(n),
         least=np.zeros(n),
+        before=np.zeros(len(parts.of)),
+        struck=np.zeros((n, 6)),
         active=np.ones(n, np.int64),
     )
 

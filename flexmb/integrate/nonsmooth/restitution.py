@@ -1,10 +1,12 @@
-"""The impulses of a step by the laws of restitution: Newton's in one problem, Poisson's in two.
+"""The impulses of a step by the laws of restitution: Newton's in one problem, Poisson's in phases.
 
 Poisson's law: the impulses of compression stop all approaches as without restitution; in the expansion that follows
-every impact gives back e times its own, or more where something else presses, eq. (poisson-law). Both problems have a
-solution whatever is behind a body, at least without friction: the velocities that contacts permit are a cone that
-holds rest, and on it there is a point nearest to those that a problem begins with. Newton's law demands a velocity, and
-where bodies hold each other there may be none: its impulses then grow without end.
+every contact gives back e times its own, or more where something else presses, eq. (poisson-law). Contacts that rest
+when others strike store what is pressed into them, and give it back as well; what the forces of the step press into a
+contact is not of an impact, and stays. All problems have a solution whatever is behind a body, at least without
+friction: the velocities that contacts permit are a cone that holds rest, and on it there is a point nearest to those
+that a problem begins with. Newton's law demands a velocity, and where bodies hold each other there may be none: its
+impulses then grow without end.
 
 Source: Glocker & Pfeiffer 1995, Multiple impacts with friction in rigid multibody systems.
 """
@@ -30,10 +32,10 @@ def solve_impulses(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
 
     Returns how it went, and the number of impacts that Newton's law has no solution for, and that follow Poisson's.
     """
-    striking = p.active == 2
-    if np.any(striking & (p.points["poisson"] > 0.0)):
-        return _two_phases(p, parts, v, goal, most), 0
-    newton = striking & (p.shift < 0.0)
+    acting = p.active > 0
+    if np.any(acting & (p.points["poisson"] > 0.0)) and np.any(acting & (p.points["strikes"] == 1)):
+        return _in_phases(p, parts, v, goal, most), 0
+    newton = (p.active == 2) & (p.shift < 0.0)
     free = v.copy()
     add_all(p, parts, v)
     if not np.any(newton):
@@ -50,28 +52,46 @@ def solve_impulses(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> 
     p.points["poisson"][newton] = p.points["restitution"][newton]
     p.P[:] = 0.0
     v[:] = free
-    return _both(solved, _two_phases(p, parts, v, goal, most)), int(np.sum(newton))
+    return _both(solved, _in_phases(p, parts, v, goal, most)), int(np.sum(newton))
 
 
-def _two_phases(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> Solved:
-    """Compress and expand; impacts by Newton's law beside them have their rebound in the first phase."""
+def _in_phases(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> Solved:
+    """Compress and expand; impacts by Newton's law beside them have their rebound in the compression."""
+    stored = _compression_of_impacts(p, parts, goal, most)
+    if not stored.residual <= goal:
+        return stored
+    shift = p.shift.copy()
     add_all(p, parts, v)
     first = solve_contacts(p, parts, v, goal, most)
     if not first.residual <= goal:
-        return first
+        return _both(stored, first)
     compressing = p.P.copy()
-    # what holds bodies up against the forces of the step is no impulse of an impact: given back, it would keep the last
-    # bounces going, v = e (v + g h) with the speed e g h / (1 - e) for ever
-    back = np.where(p.active == 2, p.points["poisson"] * p.points["share"] * compressing[:, 0], 0.0)
-    p.shift[(p.active == 2) & (p.shift < 0.0)] = 0.0
-    p.least[:] = back
+    p.shift[p.active == 2] = np.maximum(shift[p.active == 2], 0.0)
     p.P[:] = 0.0
-    p.P[:, 0] = back
+    p.P[:, 0] = p.least
     add_all(p, parts, v)
     second = solve_contacts(p, parts, v, goal, most)
     p.P[:] += compressing
-    p.least[:] = 0.0
-    return _both(first, second)
+    p.least[:], p.shift[:] = 0.0, shift
+    return _both(_both(stored, first), second)
+
+
+def _compression_of_impacts(p: Problem, parts, goal: float, most: int) -> Solved:
+    """Write to `least` what contacts give back: e times the impulses that stop the approaches before the step.
+
+    The impulse that holds a weight against the forces of the step is none of an impact. Given back, it would keep the
+    last bounces going, v = e (v + g h) with the speed e g h / (1 - e), for ever. So the forces are left out here, and
+    approaches that are slow; without an impact there is nothing to give back.
+    """
+    start, shift, along = p.P.copy(), p.shift.copy(), p.before.copy()
+    p.shift[:] += np.where(p.points["strikes"] == 1, 0.0, np.maximum(-p.points["was"], 0.0))
+    p.P[:] = p.struck
+    add_all(p, parts, along)
+    solved = solve_contacts(p, parts, along, goal, most)
+    p.struck[:] = p.P
+    p.least[:] = p.points["poisson"] * p.P[:, 0]
+    p.P[:], p.shift[:] = start, shift
+    return solved
 
 
 def _both(a: Solved, b: Solved) -> Solved:

@@ -84,6 +84,7 @@ class Stepper:
         self.kept, self.rows_of = _places_of_wrenches(system, self.touching)
         self.wrenches = np.zeros(self.kept.shape)
         self.complaint, self.gained, self.diverged = "", 0.0, False
+        self.refused: tuple[float, str, bool] | None = None
         self.goal, self.span, self.most = state.t, 0.0, settings.step
         self._clear_wrenches(self.q)
         place(self.system, self.work, self.world, self.t, self.q, self.u)
@@ -102,14 +103,17 @@ class Stepper:
     def _first_forces(self) -> None:
         """Find the forces at the start by a step that is not taken: samples have the forces of the step before."""
         before = self.t, self.q, self.u, self.lam, self.works.copy(), self.made_by_impacts.copy(), dict(self.counts)
-        if not self._step(self.settings.step):
-            self.complaint = ""
+        if not self._step(self.settings.step):  # said if the run does need this step, and not solved once more then
+            self.refused, self.complaint = (self.t, self.complaint, self.diverged), ""
         a, P, points, lam = self.a, self.P, self.points, self.lam
         self.t, self.q, self.u, _, self.works, self.made_by_impacts, self.counts = before
         self.lam, self.a, self.P, self.points = lam, a, P, points
 
     def _step(self, h: float) -> bool:
         """Take a step; return False, with a complaint, if there is none."""
+        if self.refused and self.t == self.refused[0] and abs(h - self.settings.step) <= 1e-9 * h:
+            self.diverged = self.refused[2]
+            return self._fail(self.refused[1])
         nu, ng = self.system.nu, self.system.ng
         mid, ub, ab = middle = self.q.copy(), np.zeros(nu), np.zeros(nu)
         u1, lam, right = self.u.copy(), self.lam.copy(), np.zeros(nu + ng)
@@ -197,7 +201,7 @@ class Stepper:
         if problem is not None:
             mean = in_body_axes(self.world, mid, 0.5 * (self.u + u1))
             self.works[2] += works_of(problem, mean)
-            if np.any(problem.active == 2):
+            if np.any(problem.points["strikes"]):
                 given_by_impacts(problem, mean, self.made_by_impacts)
             kept = problem.active > 0
             P = np.zeros((len(problem.points), 6))

@@ -78,27 +78,27 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
     `free` are the velocities without impulses of contacts, in body axes as W. Returns the largest velocity (m/s) at an
     acting contact, to which tolerances are relative.
     """
-    before, xi, was = np.empty(len(u0)), np.zeros(6), np.zeros(6)
-    _to_body(world, mid, u0, before)
+    xi, was = np.zeros(6), np.zeros(6)
+    _to_body(world, mid, u0, p.before[: len(u0)])
     largest, least = 0.0, 0.0
     for i in range(len(p.points)):
         least = max(least, ROUNDED * p.D[36 * i])
     for i in range(len(p.points)):
         point = p.points[i]
-        velocity_of(p, i, before, was)
+        velocity_of(p, i, p.before, was)
         velocity_of(p, i, free, xi)
         gap = point.gap - 0.5 * h * was[0]
         gained = max(0.0, was[0] - xi[0])
         p.active[i] = 1
-        point.share = 1.0
+        fast = was[0] < -max(SLOW * gained, tiny / h)
+        point.was, point.strikes = was[0], 1 if fast and was[0] + p.shift[i] < 0.0 else 0
         # what rests shares its load whatever is rounded, or left open by the tolerance of steps before
         p.shift[i] = max(gap - tiny - UNTOLD * tolerance * gained * h, 0.0) / h
         e = max(point.restitution, point.poisson)
         if e > 0.0:
-            if was[0] < -max(SLOW * gained, tiny / h):  # an impact, at once or in a later step
+            if fast:  # an impact, at once or in a later step
                 p.shift[i] = point.restitution * was[0]
                 p.active[i] = 2 if point.gap <= tiny else 0
-                point.share = was[0] / (was[0] - gained)
             elif gap > 2.0 * SLOW * gained * h + tiny:
                 p.active[i] = 0
         if not p.D[36 * i] > least:
@@ -213,7 +213,7 @@ def given_by_impacts(p, ub, given):
     worst = 0
     for i in range(len(p.points)):
         if p.active[i] > 0:
-            strikes = strikes or p.active[i] == 2
+            strikes = strikes or p.points[i].strikes == 1
             velocity_of(p, i, ub, xi)
             work = 0.0
             for r in range(p.rows[i]):
