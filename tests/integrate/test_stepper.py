@@ -318,6 +318,22 @@ def test_elastic_bodies_are_stepped_as_simulated():
         np.testing.assert_allclose(run["end"], reference["end"][-1], atol=1e-12)
 
 
+def test_sensors_follow_steps_and_steps_back():
+    """Read in any order, twice, after a step and after going back: sin(angle) is where the centre is."""
+    with fmb.stepper(pendulum(), integrator=fmb.Explicit()) as run:
+        run.set("torque", 2.0)
+        run.advance(to=0.1)
+        moment, angle, speed = run.save(), run["angle"], run["speed"]
+        run.advance(to=0.2)
+        assert run["speed"][0] != speed[0]
+        assert run["angle"] != angle
+        for _ in range(2):  # the second finds the markers where they are
+            assert np.sin(np.ravel(run["angle"])[0]) == pytest.approx(-run.state.q[0] / ARM, abs=1e-12)
+        run.restore(moment)
+        np.testing.assert_array_equal(run["speed"], speed)
+        np.testing.assert_array_equal(run["angle"], angle)
+
+
 def test_what_a_stepper_reads_is_what_its_solution_tells():
     """Sensors of places and velocities are measured by kernels of their own, others by the way of a solution."""
     along = fmb.Pose.axes((0, 0, 0.5), z=(0, 1, 0))

@@ -23,10 +23,11 @@ KNOWN = ("coordinate", "cosine", "place", "velocity", "spin")
 
 
 @kernel
-def read_scalars(program, work, storage, t, scalars, out):
-    """Place the markers of a state at a time, and write the values of scalars."""
+def read_scalars(program, work, storage, t, placed, scalars, out):
+    """Place the markers of a state at a time, unless they are `placed`, and write the values of scalars."""
     state = State(t, storage.q, storage.u, storage.a, storage.lam, storage.signals)
-    run_kernels(program.place, 0, program, state, work)
+    if not placed:
+        run_kernels(program.place, 0, program, state, work)
     jet, push, slope = np.empty(3), np.empty(12), np.empty(12)
     for k in range(len(out)):
         measure_scalar(scalars[k], state, work, jet, push, slope)
@@ -60,6 +61,8 @@ class Readings:
         self.system, self.work = system, system.workspace()
         self.numbers = _Numbers(system)
         self.state = system.state()
+        self._placed: Any = None
+        """The row whose markers stand in the workspace: many sensors are read at one."""
 
     def reader(self, sensor: Sensor) -> Callable[[Any], Any] | None:
         """Return the function that reads a sensor at a row of one sample; None if it needs more than places and
@@ -78,8 +81,11 @@ class Readings:
         call, state = direct(system, read_scalars), self.state
 
         def read(row: Any) -> Any:
-            state.q[:], state.u[:] = row["q"][-1], row["u"][-1]
-            call(system.program, self.work, state, float(row["t"][-1]), table, out)
+            placed = row is self._placed
+            if not placed:
+                state.q[:], state.u[:] = row["q"][-1], row["u"][-1]
+            call(system.program, self.work, state, float(row["t"][-1]), placed, table, out)
+            self._placed = row
             return float(out[0]) if len(out) == 1 else out.copy()
 
         return read
