@@ -82,11 +82,11 @@ class GeometricStiffness:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LeftOutStiffness(GeometricStiffness):
-    """Geometric stiffness that a reduction leaves out, on some soft shapes and the three turns of the body.
+    """Geometric stiffness, left out by a reduction or not, on some soft shapes and the three turns of the body.
 
-    The matrices are those of unit loads, as in `GeometricStiffness`; there is no preload. The first shapes have the
-    strain energy 1/2 at a coordinate of 1, in a unit of energy of their own, so that only the units of the loads count:
-    the eigenvalues of the sum of the matrices, each times its load, are relative changes of stiffness.
+    The matrices are those of unit loads, as in `GeometricStiffness`; left out, there is no preload. The first shapes
+    have the strain energy 1/2 at a coordinate of 1, in a unit of energy of their own, so that only the units of the
+    loads count: the eigenvalues of the sum of the matrices, each times its load, are relative changes of stiffness.
 
     ``translations`` (ni, 3, k), m, and ``turns`` (ni, 3, k): motion of each interface by the shapes, in body axes, for
     one unit of the last three coordinates. ``compliance`` (6 ni, 6 ni): what the stiffer shapes add to the motions

@@ -52,7 +52,8 @@ class ModalNeutralData(ModalArrays):
         Frequencies of the retained modes (free-free for the Buckens frame).
     invariants : InertiaInvariants
     left_out : LeftOutStiffness or None
-        What geometric stiffness would change, where it was left out: runs compare their loads with it.
+        What loads change of the stiffness as joints hold the body: runs say by how much where geometric stiffness was
+        left out, and where the body buckles.
     geometric : GeometricStiffness or None
     load_names : tuple of str
     load_shapes : (nl, 6 + m), N, N m, N

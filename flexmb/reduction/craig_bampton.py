@@ -22,6 +22,7 @@ from flexmb.reduction.basis_choice import Chosen, choose_basis, parse_basis
 from flexmb.reduction.contact_zone import ContactZone, contact_forces, zones_of
 from flexmb.reduction.damping import damping_ratios, one_ratio
 from flexmb.reduction.framed_body import FramedBody
+from flexmb.reduction.geometric import by_loads
 from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
 from flexmb.reduction.interfaces import Coupling, offered, resolve
 from flexmb.reduction.invariants import inertia_invariants
@@ -186,7 +187,7 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     basis = orthonormal_basis(body, normal, clamped, chosen.within)
     say("geometric stiffness", 0.6)
     interfaces, turning = markers[: len(couplings)], load_turning(body, basis.shapes, markers[: len(couplings)], loads)
-    geometric, preload_turning = _stiffening(body, basis, interfaces, forces, turning, names, asked, clamped)
+    matrices, preload_turning = _stiffening(body, basis, interfaces, forces, turning, names, asked, clamped)
     say("full model for comparison", 0.7)
     if exact is None and asked.compare:
         exact = free_modes(body, asked.compare, start=basis.shapes)
@@ -206,8 +207,8 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
         data,
         n_interfaces=len(couplings),
         damping_ratios=damping_ratios(asked.damping, basis.w2, _dampers(fe, basis)),
-        geometric=geometric,
-        left_out=None if geometric is not None else left_out_stiffness(body, basis, interfaces, forces),
+        geometric=None if matrices is None else _of_shapes(matrices, len(basis.w2), len(couplings)),
+        left_out=left_out_stiffness(body, basis, interfaces, forces, matrices),
         load_turning=turning,
         preload_turning=preload_turning,
         frame=asked.frame,
@@ -234,8 +235,9 @@ def _stiffening(
     names: list[str],
     asked: _Settings,
     clamped: int | None,
-) -> tuple[GeometricStiffness | None, np.ndarray | None]:
-    """Return the geometric stiffness, and how the generalised force of the preload changes with the shapes."""
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return the geometric stiffness of all loads on the shapes and three turns, (n, m + 3, m + 3), of parts of parts
+    on the shapes alone, and how the generalised force of the preload changes with the shapes."""
     if not asked.geometric_stiffness:
         return None, None
     factors = np.array([asked.preload.get(name, 0.0) for name in names])
@@ -247,7 +249,14 @@ def _stiffening(
         if marker is not None:
             held, change = marker.matrix.T @ wrench, change + wrench_turning(marker, basis.shapes, wrench)
     support = _support(body, number if clamped is None else clamped)
-    return unit_load_stiffness(body, basis.shapes, interfaces, forces, constant, support, held), change
+    turns = [] if body.fe.condensed is not None else [body.fe.rigid_motions()[:, 3:]]
+    motions = np.hstack([basis.shapes, *turns])
+    return unit_load_stiffness(body, motions, interfaces, forces, constant, support, held), change
+
+
+def _of_shapes(matrices: np.ndarray, m: int, interfaces: int) -> GeometricStiffness:
+    """Return the geometric stiffness of the shapes alone."""
+    return GeometricStiffness(**by_loads(np.ascontiguousarray(matrices[:, :m, :m]), interfaces))
 
 
 def _dampers(fe: FEModel, basis: Basis) -> np.ndarray | None:

@@ -8,12 +8,11 @@ import numpy as np
 
 from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
-from flexmb.model.modal_arrays import GeometricStiffness
 from flexmb.reduction.markers import MarkerMotion
 from flexmb.reduction.nodal_inertia import NodalInertia
 from flexmb.reduction.statics import HeldBody
 
-__all__ = ["coupling_stiffness", "geometric_stiffness", "inertia_loads"]
+__all__ = ["by_loads", "coupling_stiffness", "geometric_stiffness", "inertia_loads"]
 
 
 ACCELERATIONS = range(12)
@@ -112,8 +111,8 @@ def geometric_stiffness(
     preload: np.ndarray,
     support: np.ndarray | None = None,
     preload_reaction: np.ndarray | float = 0.0,
-) -> GeometricStiffness:
-    """Return ``Phi^T K_g(sigma) Phi`` for every unit load.
+) -> np.ndarray:
+    """Return ``Phi^T K_g(sigma) Phi`` for every load, (12 + 6 ni + nl + 1, m, m), in the order of `by_loads`.
 
     Parameters
     ----------
@@ -135,7 +134,6 @@ def geometric_stiffness(
             expected="an FE model made from a mesh or a frame",
             remedy="Use geometric_stiffness=False for foreign matrices",
         )
-    m = shapes.shape[1]
     wrenches = [marker.matrix.T.toarray() for marker in interfaces]
     forces = np.hstack([inertia, *wrenches, loads, (preload + preload_reaction)[:, None]])
     static = body.solve_supported(forces, support)
@@ -145,11 +143,12 @@ def geometric_stiffness(
     matrices += coupling_stiffness(body, static, direct, interfaces, shapes)
     if fe.condensed is not None:
         matrices += _inner_stiffness(fe, fe.condensed.fields @ static, inertia_loads(fe.condensed.whole), modes)
-    matrices = 0.5 * (matrices + matrices.transpose(0, 2, 1))
-    inertia, interface, shape, constant = np.split(matrices, np.cumsum([12, 6 * len(interfaces), loads.shape[1]]))
-    return GeometricStiffness(
-        inertia=inertia,
-        interface=interface.reshape(len(interfaces), 6, m, m),
-        loads=shape,
-        preload=constant[0],
-    )
+    return np.asarray(0.5 * (matrices + matrices.transpose(0, 2, 1)))
+
+
+def by_loads(matrices: np.ndarray, interfaces: int) -> dict[str, np.ndarray]:
+    """Return the fields of `GeometricStiffness` for matrices in the order of `geometric_stiffness`."""
+    own = len(ACCELERATIONS)
+    inertia, interface, shape, constant = np.split(matrices, [own, own + 6 * interfaces, len(matrices) - 1])
+    interface = interface.reshape(interfaces, 6, *matrices.shape[1:])
+    return {"inertia": inertia, "interface": interface, "loads": shape, "preload": constant[0]}

@@ -1,4 +1,8 @@
-"""Loads of a body whose reduction has left out geometric stiffness, beside those that would change its stiffness."""
+"""Loads of a body beside those that would change its stiffness, as its joints hold it.
+
+Where a reduction has left out geometric stiffness, they say how much that matters; where it has it, when the body
+buckles.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +31,8 @@ class LeftOut:
     The matrices of all loads, with their signs, make one, whose largest eigenvalue, in size, is the change. What joints
     to the ground hold stands still. Bodies and forces beside it may hold or yield: the body is seen from its mean
     motion, and as if each of them, each two, and all of them held; the largest change counts. With fewer
-    conditions a body can take more shapes, so where neighbours hold more than that, the change is told too high.
+    conditions a body can take more shapes, so where neighbours hold more than that, the change is told too high. That a
+    body buckles is only said where it does so whatever its neighbours hold.
 
     Parameters
     ----------
@@ -53,6 +58,19 @@ class LeftOut:
 
     def share(self, bulk, state, work) -> tuple[float, str, float]:
         """Return the relative change of stiffness, what has the largest part in it, and the largest loss, 1: all."""
+        scales, found = self._found(bulk, state, work)
+        change, shape = max((pair for pairs in found for pair in pairs), key=lambda pair: abs(pair[0]))
+        loss = max(0.0, *(-value for pairs in found for value, _ in pairs))
+        return abs(change), self._cause(scales, shape, abs), loss
+
+    def loss(self, bulk, state, work) -> tuple[float, str]:
+        """Return the share of the stiffness that loads take away whatever neighbours hold, 1: all, and what does so."""
+        scales, found = self._found(bulk, state, work)
+        value, shape = max((pairs[0] for pairs in found), key=lambda pair: pair[0])
+        return max(0.0, -value), self._cause(scales, shape, lambda part: -part)
+
+    def _found(self, bulk, state, work):
+        """Return the size of each load and, for each choice of neighbours that hold, the changes by all of them."""
         row, R, fall = self.row, np.empty((3, 3)), np.empty(6)
         iu, first, scales = row["iu"], row["first_load"], np.empty(len(self.matrices))
         A = state.a[iu : iu + 6 + row["modes"]].copy()
@@ -62,13 +80,14 @@ class LeftOut:
         wrenches = work.markers[row["marker"] : row["marker"] + row["interfaces"]]
         load_scales(state.u[iu : iu + 6], fall, R, wrenches, work.loads[first : first + row["loads"]], scales)
         G = np.tensordot(scales, self.matrices, 1)
-        found = [self._changes(G, rows) for rows in self._views(R, work)]
-        change, shape = max((pair for pairs in found for pair in pairs), key=lambda pair: abs(pair[0]))
+        return scales, [self._changes(G, rows) for rows in self._views(R, work)]
+
+    def _cause(self, scales, shape, size) -> str:
+        """Return the load that has the largest part, by `size`, in the change of a shape."""
         parts: dict[str, float] = {}
         for cause, part in zip(self.causes, scales * np.einsum("j,ijk,k->i", shape, self.matrices, shape), strict=True):
             parts[cause] = parts.get(cause, 0.0) + part
-        loss = max(0.0, *(-value for pairs in found for value, _ in pairs))
-        return abs(change), max(parts, key=lambda cause: abs(parts[cause])), loss
+        return max(parts, key=lambda cause: size(parts[cause]))
 
     def _views(self, R, work):
         """Yield, for each choice of neighbours that hold, what is held: rows (n, 6 ni) on the interfaces' motions."""

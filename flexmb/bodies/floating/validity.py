@@ -5,7 +5,8 @@ Five numbers, each 1 at the limit:
 - deformation: largest nodal displacement relative to `DEFORMATION` of the body's size; beyond, linear strain and the
   first-order kinematics of the markers err by percents;
 - load: the geometric stiffness of the present loads, sum s_i G_i, relative to the one at which K + sum s_i G_i is
-  singular: the buckling load of the reduced body in its frame (free for the mean frame: joints are no part of it);
+  singular: the buckling load of the body as joints to the ground hold it and whatever its neighbours hold. Data that
+  do not tell how supports change it are taken in their frame (free for the mean frame);
 - left out: change of stiffness by the present loads where the reduction has no geometric stiffness, relative to
   `CHANGE`; beside it the part of it that softens, relative to all of the stiffness: 1 where the body buckles;
 - inner inertia: change of stiffness that vibration inside the body seems to make where its frame is clamped to an
@@ -124,16 +125,23 @@ class _Limits:
             self.note = _switched_off(body, data.geometric)
         elif data.left_out is None:
             self.note = UNKNOWN.format(title=body.title)
-        known = data.left_out is not None and not row["stiffening"]
-        self.left_out = LeftOut(body, data, row, self.causes, system) if known else None
+        known, acting = data.left_out is not None, bool(row["stiffening"])
+        compared = LeftOut(body, data, row, self.causes, system) if known and not self.note else None
+        self.held, self.left_out = (compared, None) if acting else (None, compared)
 
     def deformation(self, eta):
         """Return the displacement relative to the size, (nt, watched nodes), from eta (nt, m)."""
         U = eta @ self.shapes.reshape(-1, self.modes).T
         return np.linalg.norm(U.reshape(len(eta), -1, 3), axis=2) / self.size
 
-    def load(self, scales):
-        """Return the load relative to the buckling load, (nt,), and its greatest cause, for scales (nt, n)."""
+    def load(self, scales, losses):
+        """Return the load relative to the buckling load, (nt,), and its greatest cause, for scales (nt, n).
+
+        `losses` are shares and causes as supports hold the body; none where they are not known.
+        """
+        if losses:
+            values, causes = zip(*losses)
+            return np.array(values), causes[int(np.argmax(values))]
         if not len(self.G):
             return np.zeros(len(scales)), ""
         stiffening = np.einsum("ti,ijk->tjk", scales, self.G)
@@ -163,6 +171,7 @@ class FloatingWatch:
         self.limits = [_Limits(body, row, system) for body, row in elastic]
         self.notes = [limits.note for limits in self.limits if limits.note]
         self.unstiffened = [n for n, limits in enumerate(self.limits) if limits.left_out is not None]
+        self.held = [n for n, limits in enumerate(self.limits) if limits.held is not None]
         self.spans = [system.body_slices[body.name] for body, _ in elastic]
         self.bulk = program.bulk
         self.rows = rows[rows["modes"] > 0]
@@ -181,25 +190,28 @@ class FloatingWatch:
         everything = np.arange(len(rows["t"]))
         looks = np.unique(np.linspace(0, len(everything) - 1, LOOKS).astype(int))
         scales, left_out = np.zeros((len(looks), self.first[-1])), {n: [] for n in self.unstiffened}
+        losses = {n: [] for n in self.held}
         if self.first[-1] or left_out:
             for row, k in zip(scales, looks):
                 state, work = evaluated(k)
                 _scales(self.rows, self.bulk, state, work, self.first, row)
                 for n, found in left_out.items():
                     found.append(self.limits[n].left_out.share(self.bulk, state, work))
+                for n, found in losses.items():
+                    found.append(self.limits[n].held.loss(self.bulk, state, work))
         for n, (body, (iq, iu)) in enumerate(zip(self.limits, self.spans)):
             q, u = rows["q"][:, iq], rows["u"][:, iu]
             share = body.deformation(q[:, 7:])
             x, y, z = body.nodes[share.max(axis=0).argmax()]
             place = f"at ({x:.4g}, {y:.4g}, {z:.4g}) m"
             yield body.title, "deformation", place, everything, share.max(axis=1) / DEFORMATION
-            values, cause = body.load(scales[:, self.first[n] : self.first[n + 1]])
+            values, cause = body.load(scales[:, self.first[n] : self.first[n + 1]], losses.get(n, ()))
             yield body.title, "load", f"most of it from {cause}" if cause else "", looks, values
             if body.inner is not None:
                 yield body.title, "inner inertia", "", looks, body.inner.share(rows["a"][looks]) / INNER
             if n in left_out:
-                changes, causes, losses = zip(*left_out[n])
+                changes, causes, softer = zip(*left_out[n])
                 cause = causes[int(np.argmax(changes))]
-                yield body.title, "softening left out", "", looks, np.array(losses)
+                yield body.title, "softening left out", "", looks, np.array(softer)
                 yield body.title, "left out", f"most of it by {cause}", looks, np.array(changes) / CHANGE
             yield body.title, "speed", "", everything, np.linalg.norm(u[:, 3:6], axis=1) / (body.highest or np.inf)
