@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.impulsive import refuse_impulses
+from flexmb.integrate.runs.shared_readers import shared_reactions_act
 from flexmb.math.rotations import euler_to_matrix
 from flexmb.model.methods import is_formulation
 from flexmb.model.model import Model
@@ -94,6 +95,7 @@ def accelerations(model: Model, state: Any = None, formulation: Any = None) -> A
         start = given_state(state, system, "accelerations")
     work = system.workspace()
     a, lam = formulation.accelerate(system, start, work)
+    shared_reactions_act(system, start, lam[None])
     seen = observe(system, [start.t], start.q[None], start.u[None], a[None], lam[None])
     reactions = {name: seen.reaction[0, k] for name, k in system.joint_index.items()}
     return Accelerations(system=system, q=start.q, u=start.u, a=a, lam=lam, reactions=reactions)

@@ -13,6 +13,7 @@ from flexmb.integrate.impulsive import refuse_impulses
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.patience import Patience
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps, sentences_about
+from flexmb.integrate.runs.shared_readers import shared_reactions_act
 from flexmb.integrate.runs.simulate import sample_times
 from flexmb.integrate.runs.unknown_value import REMEDY, unknown_value
 from flexmb.integrate.runs.validity import WARNINGS
@@ -194,10 +195,12 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
     shared = shared_reactions(system)
     known = {SHARED: shared} if shared else {}
-    if told := sentences_about(jumps):
+    jumping = sentences_about(jumps)
+    for sentence in jumping:
+        warnings.warn(sentence, ValidityWarning, stacklevel=2)
+    last = system.state(float(times[reached - 1]), rows["q"][-1], rows["u"][-1])
+    if told := [*jumping, *shared_reactions_act(system, last, rows["lam"])]:
         known |= {WARNINGS: told}
-        for sentence in told:
-            warnings.warn(sentence, ValidityWarning, stacklevel=2)
     solution = Solution(phases=(phase,), status=status, statistics={"samples": reached, **known})
     if status.kind == "failed":
         worst = worst_equations(system, work)

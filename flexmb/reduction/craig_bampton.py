@@ -22,8 +22,7 @@ from flexmb.reduction.basis_choice import Chosen, choose_basis, parse_basis
 from flexmb.reduction.contact_zone import ContactZone, contact_forces, zones_of
 from flexmb.reduction.damping import damping_ratios, one_ratio
 from flexmb.reduction.framed_body import FramedBody
-from flexmb.reduction.geometric import by_loads
-from flexmb.reduction.geometric import geometric_stiffness as unit_load_stiffness
+from flexmb.reduction.geometric import by_loads, geometric_matrices
 from flexmb.reduction.interfaces import Coupling, offered, resolve
 from flexmb.reduction.invariants import inertia_invariants
 from flexmb.reduction.left_out import left_out_stiffness
@@ -251,7 +250,7 @@ def _stiffening(
     support = _support(body, number if clamped is None else clamped)
     turns = [] if body.fe.condensed is not None else [body.fe.rigid_motions()[:, 3:]]
     motions = np.hstack([basis.shapes, *turns])
-    return unit_load_stiffness(body, motions, interfaces, forces, constant, support, held), change
+    return geometric_matrices(body, motions, interfaces, forces, constant, support, held), change
 
 
 def _of_shapes(matrices: np.ndarray, m: int, interfaces: int) -> GeometricStiffness:

@@ -8,11 +8,12 @@ import numpy as np
 
 from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
+from flexmb.model.modal_arrays import GeometricStiffness
 from flexmb.reduction.markers import MarkerMotion
 from flexmb.reduction.nodal_inertia import NodalInertia
 from flexmb.reduction.statics import HeldBody
 
-__all__ = ["by_loads", "coupling_stiffness", "geometric_stiffness", "inertia_loads"]
+__all__ = ["by_loads", "coupling_stiffness", "geometric_matrices", "geometric_stiffness", "inertia_loads"]
 
 
 ACCELERATIONS = range(12)
@@ -103,7 +104,7 @@ def _inner_stiffness(fe: FEModel, static: np.ndarray, inertia: np.ndarray, modes
     return out
 
 
-def geometric_stiffness(
+def geometric_matrices(
     body: HeldBody,
     shapes: np.ndarray,
     interfaces: Sequence[MarkerMotion],
@@ -147,8 +148,15 @@ def geometric_stiffness(
 
 
 def by_loads(matrices: np.ndarray, interfaces: int) -> dict[str, np.ndarray]:
-    """Return the fields of `GeometricStiffness` for matrices in the order of `geometric_stiffness`."""
+    """Return the fields of `GeometricStiffness` for matrices in the order of `geometric_matrices`."""
     own = len(ACCELERATIONS)
     inertia, interface, shape, constant = np.split(matrices, [own, own + 6 * interfaces, len(matrices) - 1])
     interface = interface.reshape(interfaces, 6, *matrices.shape[1:])
     return {"inertia": inertia, "interface": interface, "loads": shape, "preload": constant[0]}
+
+
+def geometric_stiffness(body: HeldBody, shapes: np.ndarray, interfaces, *loads, **balance) -> GeometricStiffness:
+    """Return the matrices of `geometric_matrices`, by the loads that they belong to."""
+    return GeometricStiffness(
+        **by_loads(geometric_matrices(body, shapes, interfaces, *loads, **balance), len(interfaces))
+    )

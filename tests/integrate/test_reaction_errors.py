@@ -4,6 +4,8 @@ A block is welded to the ground; a mass on a spring rings against it: the weld c
 so that the vibration is small in the motion of the model.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -141,6 +143,52 @@ def test_moreau_jean_says_by_how_much_means_over_steps_are_late(case, steps, muc
     assert (told is not None) == much
     if much:
         assert told == pytest.approx(100.0 * np.sin(np.arctan(0.5 * w * step)), rel=0.05)
+
+
+def lost(solution):
+    """Return what MoreauJean says of the phase that is lost, %; None if nothing is said."""
+    words = [note for note in solution.statistics.get("notes", []) if "loses its phase in steps" in note]
+    assert len(words) <= 1
+    if not words:
+        return None
+    return 100.0 if "all of the reaction" in words[0] else float(words[0].split("about ")[1].split(" %")[0])
+
+
+@pytest.mark.parametrize(("steps", "much"), [(2000, True), (6300, False)])
+def test_moreau_jean_says_what_vibrations_lose_of_their_phase(steps, much):
+    """Fifty periods by 40 steps each: a phase of w h - 2 atan(w h / 2) is lost in a step, half of it in the mean."""
+    case, seconds = (1e-2, 100.0), 3.14159
+    solution = fmb.simulate(ringing(*case), seconds, samples=401, integrator=fmb.MoreauJean(step=seconds / steps))
+    turn = 100.0 * seconds / steps
+    phase = steps * (turn - 2.0 * np.arctan(0.5 * turn))
+    told = lost(solution)
+    assert (told is not None) == much
+    if much:
+        assert told == pytest.approx(100.0 * 4.0 / phase * (1.0 - np.cos(0.5 * phase)), rel=0.1)
+        assert told == pytest.approx(100.0 * true_share(solution, *case), rel=0.3)
+
+
+def test_reactions_that_drives_make_lose_no_phase():
+    """A rod that a drive swings by sixteen steps a period: it has no freedom that could swing by itself."""
+    rod = fmb.RigidBody("rod", mass=1.0, inertia=(0.1, 0.1, 0.1), markers={"a": (-0.5, 0, 0)})
+    swung = fmb.Model(
+        bodies=[fmb.Ground(markers={"o": (-0.5, 0, 0)}), rod],
+        joints=[
+            fmb.Revolute("hinge", markers=("ground.o", "rod.a")),
+            fmb.Drive("motor", joint="hinge", angle=fmb.expression("0.3 * sin(40 * t)")),
+        ],
+        forces=[fmb.TorsionSpring("spring", joint="hinge", stiffness=10.0)],
+    )
+    assert lost(fmb.simulate(swung, 4.0, samples=51, integrator=fmb.MoreauJean(step=0.01))) is None
+
+
+def test_implicit_says_that_it_does_not_know_where_equations_depend():
+    """Two welds of one block share its load: nothing was told, not even that nothing is known."""
+    model = ringing(1e-2, 100.0)
+    twice = replace(model, joints=[*model.joints, fmb.Fixed("weld2", markers=("ground.o", "block.o"))])
+    for once, told in ((model, False), (twice, True)):
+        notes = fmb.simulate(once, 0.1, samples=5, integrator=fmb.Implicit()).statistics.get("notes", [])
+        assert any("not estimated where equations depend" in note for note in notes) == told
 
 
 def chain(masses, length=0.5):

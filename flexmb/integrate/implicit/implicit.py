@@ -242,6 +242,8 @@ class Implicit(metaclass=Described):
     """Within a contact, for 1 % of the change of speed, wherever in a step it begins: mass on a linear spring."""
     in_kernels: ClassVar[bool] = True
     """No Python runs between samples."""
+    shares_as_samples: ClassVar[bool] = False
+    """Where equations depend, steps share multipliers among them otherwise than samples do."""
     eliminates: ClassVar[bool] = True
     """Each step solves with the factorised matrix of all bodies and joints."""
     entries: ClassVar[tuple] = (run_through,)

@@ -30,6 +30,7 @@ from flexmb.integrate.linear.observer import OWN_AXES, coefficients, constant_ob
 from flexmb.integrate.linear.plant import Plant, plant_of
 from flexmb.integrate.linear.spectrum import first_order, modes_of, state_matrix, without_integrals
 from flexmb.integrate.linear.steady import steady_motion
+from flexmb.integrate.runs.shared_readers import shared_reactions_act
 from flexmb.model.model import Model
 from flexmb.system import assemble, assemble_as_drawn
 from flexmb.system.given_state import given_state
@@ -238,6 +239,7 @@ def linearize(
     work = system.workspace()
     motion = steady_motion(system, state, work, known=True)
     own = coefficients(system, state, work, motion)
+    shared_reactions_act(system, state, state.lam[None])
     rank = DEPENDENT if system.redundant else RANK  # axes parallel but for the digits of a mesh
     states = int(np.sum(system.is_state))
     bases = partial(independent, level=system.program.equation_level, rank=rank, states=states)

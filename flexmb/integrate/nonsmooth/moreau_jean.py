@@ -80,7 +80,7 @@ class MoreauJean(metaclass=Described):
     def goes_on_telling(before: Stepper, variables: Stepper) -> None:
         """Take over what is told of a phase, where the method begins anew within it."""
         variables.made_by_impacts += before.made_by_impacts
-        variables.lateness.table[...] = before.lateness.table
+        variables.lateness.goes_on_from(before.lateness)
 
     @staticmethod
     def notes_of_reactions(system, variables: Stepper) -> list[str]:

@@ -93,7 +93,7 @@ class Stepper:
         self.switches = len(self.switching.now) > 0
         if self.touching.forces:  # what goes on may stand within a rebound
             require_apart(system, self.touching, self.work, settings.step, HALF * self.small)
-        self.lateness = Lateness(system)
+        self.lateness = Lateness(system, self.stiff)
         self._first_forces()
 
     def present(self):
@@ -273,7 +273,7 @@ class Stepper:
             if not self._tried(h):
                 return self.complaint
             if self.t > before:
-                self.lateness.add(self.lam, bool(self.P.any()) or self._pressed())
+                self.lateness.add(self.lam, bool(self.P.any()) or self._pressed(), self.h)
             if pace.used_up:
                 return ""
         if t > self.t or abs(t - self.t) <= same:

@@ -26,6 +26,12 @@ TOO_LONG = (
     "compares"
 )
 
+NOT_SHARED_ALIKE = (
+    "how well steps resolve reactions is not estimated where equations depend on each other: steps share multipliers "
+    "among them otherwise than samples do. Where single values of them matter, compare with IDA, or make the equations "
+    "independent: see flexmb.check"
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class AddedError:
@@ -143,6 +149,8 @@ def tell_of(
         if shares:
             known = statistics.get(OF_REACTIONS, {})
             statistics[OF_REACTIONS] = together({OF_REACTIONS: known}, {OF_REACTIONS: shares})[OF_REACTIONS]
+        if system.redundant and not getattr(integrator, "shares_as_samples", True):
+            validity.note([NOT_SHARED_ALIKE])
         if error.share <= SHARE:  # else the motion itself is not followed
             validity.note(unresolved(shares))
     validity.note(error.notes())

@@ -6,13 +6,17 @@ friction that grows with such a reaction, a sampler that reads it and an event t
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 
+from flexmb.errors import ValidityWarning
+from flexmb.math.weights import no_matrix
 from flexmb.model.sensor_columns import found_in
+from flexmb.system.program import evaluate
 
-__all__ = ["SharedReaders"]
+__all__ = ["SharedReaders", "shared_reactions_act"]
 
 SHARE = 1e-6
 """Of the largest multiplier, from which on a reaction counts: below it nothing changes that a run can tell."""
@@ -68,6 +72,29 @@ class SharedReaders:
             )
         self._readers = left
         return told
+
+
+def shared_reactions_act(system: Any, state: Any, lam: np.ndarray) -> list[str]:
+    """Warn of what acts with reactions that are not unique in an analysis that is no run, and return the sentences.
+
+    Parameters
+    ----------
+    system : System
+    state : State
+        Of the analysis, where it is looked at what feels the reactions.
+    lam : (nt, ng), N and N m
+        Multipliers of all its states.
+    """
+    readers = SharedReaders(system)
+    if not readers:
+        return []
+    work = system.workspace()
+    no_matrix(work.weights)
+    evaluate(system.program, state, work)
+    sentences = readers.sentences(lam, work)
+    for sentence in sentences:
+        warnings.warn(sentence, ValidityWarning, stacklevel=3)
+    return sentences
 
 
 def _readers(system):
