@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.math.weights import weigh_mass
 from flexmb.system.lengths import ROUNDED, displacements
-from flexmb.system.mobility import constraint_matrix
+from flexmb.system.mobility import mass_diagonal
 from flexmb.system.program import evaluate
 from flexmb.told import tell
 
@@ -39,7 +39,7 @@ def extents(system, state, work, smallest: float | None = None) -> tuple[np.ndar
     """
     weigh_mass(work.weights)
     evaluate(system.program, state, work)
-    diagonal = np.abs(constraint_matrix(system, work)[0].diagonal())
+    diagonal = np.abs(mass_diagonal(system, work))
     extent, reach = np.ones(system.nu), np.full(system.nu, system.lengths.whole)
     for body, length in zip(system.model.bodies, system.lengths.bodies, strict=True):
         span = system.body_slices[body.name][1]

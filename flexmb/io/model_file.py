@@ -142,25 +142,27 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
     context = replace(context, signals=_signals(tables, context))
     for where, raw in _present(tables, "note", context):
         tell_note(raw, where)
-    assemblies = [_assembly(raw, where, context, (*chain, own)) for where, raw in _present(tables, "assembly", context)]
+    others = [_assembly(raw, where, context, (*chain, own)) for where, raw in _present(tables, "assembly", context)]
     families: dict[str, list[Any]] = {
         family: [_part(where, raw, context) for where, raw in _present(tables, table, context)]
         for table, family in kind_lists.FAMILIES.items()
     }
     gravity = context.value(tables.get("gravity", [0.0, 0.0, 0.0]), f"{path.name}, gravity")
     name = str(tables.get("name", path.stem))
+    loads = list(_present(tables, "moving_load", context))
+    of_model = {"name": name, "gravity": gravity, "parameters": dict(context.parameters)}
     try:
-        # The bodies first: joints, forces and sensors of this file may act on parts of its assemblies.
-        own_bodies = Model(
-            name=name, bodies=tuple(families.pop("bodies")), gravity=gravity, parameters=dict(context.parameters)
-        )
-        whole = own_bodies
-        if assemblies:
-            whole = replace(joined(own_bodies, *assemblies), parameters=dict(context.parameters))
-        for where, raw in _present(tables, "moving_load", context):
-            families["forces"] += moving_forces(raw, where, context, whole)
-        made, origin = whole.with_parts(**families), _origin(tables, context, whole.origin)
-        if origin is not whole.origin:
+        if others or loads:  # bodies first: joints, forces and sensors of this file may act on parts of assemblies
+            whole = Model(bodies=tuple(families.pop("bodies")), **of_model)
+            if others:
+                whole = replace(joined(whole, *others), parameters=of_model["parameters"])
+            for where, raw in loads:
+                families["forces"] += moving_forces(raw, where, context, whole)
+            made = whole.with_parts(**families)
+        else:
+            made = Model(**{family: tuple(parts) for family, parts in families.items()}, **of_model)
+        origin = _origin(tables, context, made.origin)
+        if origin is not made.origin:
             made = replace(made, origin=origin)
     except FlexmbError as error:
         raise located(error, path.name) from None
@@ -301,7 +303,7 @@ def _made(where: str, raw: dict[str, Any], context: Context) -> Any:
             values[field], ring = context.line(entry, place)
             values |= {"closed": True} if ring else {}
         elif field == "markers" and isinstance(entry, dict):
-            values[field] = {m: context.value(pose, f"{place}.{m}", poses=True) for m, pose in entry.items()}
+            values[field] = {m: _marker(pose, f"{place}.{m}", context) for m, pose in entry.items()}
         else:
             values[field] = context.value(entry, place)
         if field in getattr(make, "imports", ()) and isinstance(values[field], str) and not context.trust:
@@ -309,6 +311,21 @@ def _made(where: str, raw: dict[str, Any], context: Context) -> Any:
         if field == "material" and isinstance(values[field], str):
             values[field] = _material(values[field], place)
     return call(make, values, where)
+
+
+def _marker(raw: Any, where: str, context: Context) -> Any:
+    """Return what a marker is given by; the pose itself where another variant has it too."""
+    if context.kept is None or not isinstance(raw, dict) or _computed(raw):
+        return context.value(raw, where, poses=True)
+    place, written = (context.path, where), repr(raw)
+    known = context.kept.get(place)
+    if known is None or known[0] != written:
+        given = context.value(raw, where, poses=True)
+        try:
+            known = context.kept[place] = written, as_pose(given, where, "marker"), ()
+        except FlexmbError:  # the body's own message is the better one
+            return given
+    return known[1]
 
 
 def _material(name: str, where: str):

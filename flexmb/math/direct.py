@@ -13,8 +13,13 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numba import typeof
 
+from flexmb.math.structure_type import seen
+
 __all__ = ["direct"]
 
+_ENTRIES: dict[tuple[Any, tuple], Callable[..., Any]] = {}
+"""Compiled functions by kernel and what its arguments' types depend on: variants have structures of their own, and the
+same types."""
 _KNOWN: WeakKeyDictionary[Any, dict[int, _Direct]] = WeakKeyDictionary()
 
 
@@ -37,13 +42,15 @@ class _Direct:
             entry, kinds, structures, arrays = found
             if tuple(map(type, arguments)) == kinds and _alike(arguments, structures, arrays):
                 return entry(*arguments)
-        seen = tuple(typeof(one) for one in arguments)
-        if seen in self._kernel.overloads:  # of the system of another variant: looking for it would see all types again
-            entry = self._kernel.get_overload(seen)
-            returned = entry(*arguments)
-        else:
+        known = seen(arguments)
+        entry = None if known is None else _ENTRIES.get((self._kernel, known))
+        if entry is None:
             returned = self._kernel(*arguments)
-            entry = self._kernel.get_overload(seen)
+            entry = self._kernel.get_overload(tuple(typeof(one) for one in arguments))
+            if known is not None:
+                _ENTRIES[self._kernel, known] = entry
+        else:  # found for the system of another variant
+            returned = entry(*arguments)
         structures = tuple((k, one) for k, one in enumerate(arguments) if _holds_arrays(one))
         arrays = tuple((k, one.dtype, one.ndim) for k, one in enumerate(arguments) if isinstance(one, np.ndarray))
         self._found = entry, tuple(map(type, arguments)), structures, arrays

@@ -33,6 +33,7 @@ from flexmb.system.mobility import (
     dependent_equations,
     equation_scale,
     indeterminate_equations,
+    mass_diagonal,
     mass_metric,
 )
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate, increment
@@ -263,7 +264,7 @@ def _with_lengths(system: System, state: State, work) -> System:
     weigh_mass(work.weights)
     bare = system.program._replace(floor=np.zeros(len(system.program.floor)))
     evaluate(bare, state, work)
-    inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
+    inertia = np.abs(mass_diagonal(system, work))
     lengths = described_lengths(system, inertia, equations_of_forces(system, work))
     warn_of_lost_digits(system.model, lengths)
     warn_of_stations(system.model)

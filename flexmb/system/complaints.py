@@ -6,7 +6,7 @@ import numpy as np
 
 from flexmb.errors import CompileError
 from flexmb.math.weights import weigh_mass
-from flexmb.system.mobility import constraint_matrix
+from flexmb.system.mobility import constraint_matrix, mass_diagonal
 from flexmb.system.observe import observe
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
 from flexmb.system.system import System
@@ -279,7 +279,7 @@ def without_inertia(system: System, state, work, unknown: int) -> CompileError:
     """Return the error that names the body that has no inertia in one of its velocities, which no joint holds."""
     weigh_mass(work.weights)
     evaluate(system.program, state, work)
-    inertia = np.abs(constraint_matrix(system, work)[0].diagonal())
+    inertia = np.abs(mass_diagonal(system, work))
     spans = {body: system.body_slices[body.name][1] for body in system.model.bodies}
     of_bodies = [(b, span.start) for b, span in spans.items() if span.start <= unknown < span.stop]
     if not of_bodies:

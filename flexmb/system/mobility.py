@@ -20,6 +20,7 @@ __all__ = [
     "dependent_equations",
     "equation_scale",
     "indeterminate_equations",
+    "mass_diagonal",
     "mass_metric",
     "mobility",
     "shared_reactions",
@@ -56,6 +57,13 @@ def constraint_matrix(system: System, work) -> tuple[sparse.csr_matrix, sparse.c
         for name, rows in (("mass", nu), ("gradient", system.ng))
     )
     return mass, gradient
+
+
+def mass_diagonal(system: System, work) -> np.ndarray:
+    """Return the diagonal (nu,) of the mass part of the matrix evaluated last, with unit mass weight."""
+    diagonal = np.zeros(system.nu)
+    diagonal[system.tables["diagonal_rows"]] = work.S[system.tables["diagonal_at"]]
+    return diagonal
 
 
 def mass_metric(M: sparse.csr_matrix) -> np.ndarray:

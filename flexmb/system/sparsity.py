@@ -220,7 +220,9 @@ def _in_order(pattern, nu: int) -> dict[str, np.ndarray]:
     found = {f"{name}_at": part.data.astype(np.int64) - 1 for name, part in parts.items()}
     for name, part in parts.items():
         found |= {f"{name}_columns": part.indices, f"{name}_starts": part.indptr}
-    return found
+    row = np.repeat(np.arange(nu), np.diff(found["mass_starts"]))
+    on = row == found["mass_columns"]
+    return {**found, "diagonal_rows": row[on], "diagonal_at": found["mass_at"][on]}
 
 
 def _found(of: Structure):

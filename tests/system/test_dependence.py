@@ -10,7 +10,14 @@ import flexmb as fmb
 from flexmb.math.weights import weigh
 from flexmb.system import assemble
 from flexmb.system.dependence import dependent_rows
-from flexmb.system.mobility import DEPENDENT, SHARE, constraint_matrix, indeterminate_equations, mass_metric
+from flexmb.system.mobility import (
+    DEPENDENT,
+    SHARE,
+    constraint_matrix,
+    indeterminate_equations,
+    mass_diagonal,
+    mass_metric,
+)
 from flexmb.system.program import evaluate
 
 
@@ -144,3 +151,21 @@ def test_random_rows(seed):
     found = dependent_rows(sparse.csr_matrix(A), joints, np.repeat(np.arange(bodies), width), DEPENDENT)
     assert len(found) == len(A) - np.linalg.matrix_rank(A, tol=DEPENDENT)
     assert list(found) == latest(A)
+
+
+def test_the_diagonal_of_the_mass_matrix_is_that_of_the_bodies(rng):
+    """Masses and moments of inertia about the centres of mass, whatever joints and forces couple."""
+    masses, moments = rng.uniform(1.0, 2.0, 3), rng.uniform(2.0, 3.0, (3, 3))
+    bodies = [
+        fmb.RigidBody(f"b{k}", mass=m, inertia=J, at=(k, 0, 0), markers={"end": (1, 0, 0)})
+        for k, (m, J) in enumerate(zip(masses, moments))
+    ]
+    ends = ["ground.origin", "b0.end", "b1.end"]
+    joints = [fmb.Revolute(f"j{k}", markers=(end, f"b{k}.center")) for k, end in enumerate(ends)]
+    spring = fmb.SpringDamper("s", markers=("ground.origin", "b2.end"), stiffness=10.0, damping=1.0, length=1.0)
+    system, state = assemble(fmb.Model(bodies=[fmb.Ground(), *bodies], joints=joints, forces=[spring]))
+    work = system.workspace()
+    weigh(work.weights, 1.0)
+    evaluate(system.program, state, work)
+    expected = np.concatenate([[m, m, m, *J] for m, J in zip(masses, moments)])
+    assert mass_diagonal(system, work) == pytest.approx(expected, rel=1e-12)

@@ -14,7 +14,7 @@ from flexmb.math.program import PROGRAM
 from flexmb.math.structures import array_type
 from flexmb.math.tables import FLOATS, WORK, State
 from flexmb.math.weights import no_matrix, weigh_mass
-from flexmb.system.mobility import constraint_matrix
+from flexmb.system.mobility import mass_diagonal
 from flexmb.system.program import energies, evaluate
 
 __all__ = ["SHARE", "EnergyWatch", "energies_of_samples"]
@@ -141,7 +141,7 @@ class EnergyWatch:
         if self._inertia is None:
             weigh_mass(self.work.weights)
             evaluate(self.system.program, self.system.state(rows["t"][0], rows["q"][0], rows["u"][0]), self.work)
-            diagonal = np.abs(constraint_matrix(self.system, self.work)[0].diagonal())
+            diagonal = np.abs(mass_diagonal(self.system, self.work))
             self._inertia = np.where(self.system.is_state, 0.0, diagonal)
         return self._inertia
 

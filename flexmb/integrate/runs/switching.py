@@ -56,8 +56,10 @@ def new_switching(system, state, work, over: PassedOver, fixed: bool = False) ->
     Steps of `fixed` size go over the corners of formulas: where there is nothing else, there are no switches.
     """
     sw = _all_switches(system, state, work, over, len(system.switch_owners))
+    if not (fixed and len(sw.now)):
+        return sw
     corners = np.isin(sw.now[:, 0], (KINK, PIECE)) & (sw.now[:, FORMULA] > 0.0)
-    return _all_switches(system, state, work, over, 0) if fixed and np.all(corners) else sw
+    return _all_switches(system, state, work, over, 0) if np.all(corners) else sw
 
 
 def _all_switches(system, state, work, over: PassedOver, n: int) -> Switching:
