@@ -23,11 +23,10 @@ from numba.core.datamodel import models
 from numba.core.typing.templates import AttributeTemplate, make_callable_template
 from numba.extending import NativeValue, infer_getattr, lower_getattr_generic, register_model, typeof_impl, unbox
 
-__all__ = ["Structure", "field_value", "made_structure", "read_as_structure", "seen"]
+__all__ = ["Structure", "field_value", "made_structure", "read_as_structure"]
 
 WORD = 8  # bytes; every field begins at a multiple
 LARGE = 2**62  # whole numbers below are of one type
-NUMBERS = float, bool, np.float64, np.bool_
 BYTE, LONG, INT = ir.IntType(8), ir.IntType(64), ir.IntType(32)
 
 
@@ -72,19 +71,17 @@ _types: dict[tuple, Structure] = {}
 """Types of structures by what they depend on: numba makes the type of every array of records anew, field by field."""
 
 
-def seen(value: tuple) -> tuple | None:
-    """Return all that the types of a structure, or of a call's arguments, depend on;
-    None if there is something else than arrays, numbers and structures of them.
-    """
+def _seen(value: Any) -> tuple | None:
+    """Return all that the type of a structure depends on; None if it holds something else than arrays and numbers."""
     parts: list[Any] = [type(value)]
     for field in value:
         kind = type(field)
         if kind is np.ndarray:
             parts.append((field.dtype, field.ndim, field.flags.num))
-        elif kind in NUMBERS or (kind is int and abs(field) < LARGE):
+        elif kind is float or (kind is int and abs(field) < LARGE):
             parts.append(kind)
         elif isinstance(field, tuple) and hasattr(field, "_fields"):
-            inner = seen(field)
+            inner = _seen(field)
             if inner is None:
                 return None
             parts.append(inner)
@@ -98,15 +95,15 @@ def read_as_structure(kind: Any) -> None:
 
     @typeof_impl.register(kind)
     def _type_of(value, context):
-        known = seen(value)
-        if known is not None and known in _types:
-            return _types[known]
+        seen = _seen(value)
+        if seen is not None and seen in _types:
+            return _types[seen]
         members = tuple(typeof_impl(field, context) for field in value)
         if None in members:
             return None
         found = Structure(kind, members)
-        if known is not None:
-            _types[known] = found
+        if seen is not None:
+            _types[seen] = found
         return found
 
     @infer_getattr
