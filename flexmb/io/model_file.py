@@ -150,7 +150,7 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
     gravity = context.value(tables.get("gravity", [0.0, 0.0, 0.0]), f"{path.name}, gravity")
     name = str(tables.get("name", path.stem))
     loads = list(_present(tables, "moving_load", context))
-    of_model = {"name": name, "gravity": gravity, "parameters": dict(context.parameters)}
+    of_model: dict[str, Any] = {"name": name, "gravity": gravity, "parameters": dict(context.parameters)}
     try:
         if others or loads:  # bodies first: joints, forces and sensors of this file may act on parts of assemblies
             whole = Model(bodies=tuple(families.pop("bodies")), **of_model)
@@ -160,7 +160,8 @@ def _load(tables: dict[str, Any], given: Context, chain: tuple[Path, ...]) -> Mo
                 families["forces"] += moving_forces(raw, where, context, whole)
             made = whole.with_parts(**families)
         else:
-            made = Model(**{family: tuple(parts) for family, parts in families.items()}, **of_model)
+            of_model |= {family: tuple(parts) for family, parts in families.items()}
+            made = Model(**of_model)
         origin = _origin(tables, context, made.origin)
         if origin is not made.origin:
             made = replace(made, origin=origin)
