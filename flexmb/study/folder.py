@@ -126,15 +126,18 @@ class StudyFolder:
         self._stream.close()
         self._stream = stream
 
-    def close(self) -> None:
-        """Write the table of the rows so far."""
+    def close(self, *, cut: bool = False) -> None:
+        """Write the table of the rows so far; of a study that is `cut` off as CSV alone, if there is no Parquet file:
+        loading its package takes seconds, and whoever presses Ctrl-C waits for them.
+        """
         try:
             with complaints(self._part, "write"):
                 self._find_again()
             self._stream.close()
             results = Results(self.plan.names, list(self.rows.values()))
             results.write_csv(self.path / TABLE)
-            results.write_parquet(self.path / PARQUET)
+            if not cut or (self.path / PARQUET).exists():
+                results.write_parquet(self.path / PARQUET)
         finally:
             self._stream.close()
             self._lock.release()

@@ -143,7 +143,7 @@ def _collected(
     rows: Iterator[Row], plan: Plan, known: dict[int, Row], kept: StudyFolder | None, progress, reduced: int
 ) -> Results:
     """Take the rows as they come, store and count them; `reduced` parts were made before."""
-    began, first = time.monotonic(), len(known)
+    began, first, cut = time.monotonic(), len(known), True
     try:
         if progress is not None:
             progress(_progress(known, plan, None))
@@ -155,12 +155,13 @@ def _collected(
             if progress is not None:
                 each = (time.monotonic() - began) / (len(known) - first)
                 progress(_progress(known, plan, each * (len(plan) - len(known))))
+        cut = False
     finally:
         close = getattr(rows, "close", None)
         if close is not None:
             close()  # ends the processes now, not when the generator is collected
         if kept is not None:
-            kept.close()
+            kept.close(cut=cut)
     return Results(plan.names, list(known.values()), reduced)
 
 

@@ -273,6 +273,23 @@ def test_parquet(threads, tmp_path):
     assert table.column("y [m2]").to_pylist() == [1.0, 6.25, None]
 
 
+def test_a_study_that_is_cut_off_does_not_wait_for_parquet(threads, tmp_path):
+    """Its package took seconds to load after Ctrl-C; the study that is continued has the file."""
+    pytest.importorskip("pyarrow.parquet")
+
+    def stop(step):
+        if step.done == 1:
+            raise KeyboardInterrupt
+
+    out = tmp_path / "out"
+    with pytest.raises(KeyboardInterrupt):
+        fmb.sweep(formulas.square, {"x": [1, 2, 3]}, executor=threads, folder=out, progress=stop)
+    assert (out / "results.csv").exists()
+    assert not (out / "results.parquet").exists()
+    fmb.sweep(formulas.square, {"x": [1, 2, 3]}, executor=threads, folder=out)
+    assert (out / "results.parquet").exists()
+
+
 def test_without_pyarrow_there_is_the_csv(threads, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     fmb.sweep(formulas.square, {"x": [1]}, executor=threads, folder=tmp_path / "out")
