@@ -7,6 +7,7 @@ docs/theory/tolerances.md too. A new one fails this test: make it relative, or a
 import ast
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import flexmb
 
@@ -161,9 +162,19 @@ KNOWN = {
 """Family: file and expression."""
 
 
+class Read(NamedTuple):
+    """What is asked of a file: the names of its small numbers, its comparisons, calls and imports."""
+
+    constants: set[str]
+    nodes: list[ast.Compare | ast.Call | ast.ImportFrom]
+
+
 @lru_cache(maxsize=1)
-def _parsed(text: str) -> ast.Module:
-    return ast.parse(text)
+def _read(text: str) -> Read:
+    """Return what is asked of a file by one walk, which takes most of the time."""
+    tree = ast.parse(text)
+    asked = ast.Compare | ast.Call | ast.ImportFrom
+    return Read(_constants(tree), [node for node in ast.walk(tree) if isinstance(node, asked)])
 
 
 def _small(node: ast.expr) -> bool:
@@ -192,10 +203,10 @@ def _constants(tree: ast.Module) -> set[str]:
     return found
 
 
-def _imported(tree: ast.Module, small: dict[str, set[str]]) -> set[str]:
+def _imported(read: Read, small: dict[str, set[str]]) -> set[str]:
     """Return the small numbers of other files, by module in `small`, as a file writes them: alone or after a module."""
     found = set()
-    for node in ast.walk(tree):
+    for node in read.nodes:
         if isinstance(node, ast.ImportFrom):
             for one in node.names:
                 name = one.asname or one.name
@@ -206,10 +217,10 @@ def _imported(tree: ast.Module, small: dict[str, set[str]]) -> set[str]:
 
 def bare_thresholds(text: str, small: dict[str, set[str]] | None = None) -> list[str]:
     """Return the comparisons with a small number that nothing multiplies, as min and max are ones."""
-    tree = _parsed(text)
-    names = _constants(tree) | _imported(tree, small or {})
+    read = _read(text)
+    names = read.constants | _imported(read, small or {})
     found = []
-    for node in ast.walk(tree):
+    for node in read.nodes:
         compared: list[ast.expr] = []
         if isinstance(node, ast.Compare):
             compared = [node.left, *node.comparators]
@@ -223,7 +234,7 @@ def bare_thresholds(text: str, small: dict[str, set[str]] | None = None) -> list
 def hidden_thresholds(text: str) -> list[str]:
     """Return the comparisons by numpy whose absolute part is a number as it stands; left out it is 1e-8 of any unit."""
     found = []
-    for node in ast.walk(_parsed(text)):
+    for node in _read(text).nodes:
         if isinstance(node, ast.Call) and _written(node.func) in ("np.allclose", "np.isclose"):
             given = [word.value for word in node.keywords if word.arg == "atol"]
             if not given or _small(given[0]):
