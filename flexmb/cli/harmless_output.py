@@ -6,15 +6,15 @@ A name may hold sequences that change colours, titles or the clipboard, or that 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 __all__ = ["harmless_output"]
 
 CONTROLS = [code for code in (*range(0x20), *range(0x7F, 0xA0)) if chr(code) not in "\n\r\t"]
-DIRECTIONS = [*range(0x202A, 0x202F), *range(0x2066, 0x206A)]
-"""Overrides and embeddings of the direction of reading: "fdp.exe" for "exe.pdf"."""
+DIRECTIONS = [0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A)]
+"""Marks, overrides and embeddings of the direction of reading, "fdp.exe" for "exe.pdf", and ends of lines."""
 WRITTEN = {code: f"\\x{code:02x}" for code in CONTROLS} | {code: f"\\u{code:04x}" for code in DIRECTIONS}
 
 
@@ -27,6 +27,10 @@ class _Harmless:
     def write(self, text: str) -> int:
         self._stream.write(text.translate(WRITTEN))
         return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        for line in lines:
+            self.write(line)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)

@@ -40,7 +40,7 @@ def add_look_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         action="append",
         default=[],
-        help="a body, or joints, springs, supports; repeat for each",
+        help="a body, a surface, or joints, springs, supports; repeat for each",
     )
     add_label_argument(parser)
 

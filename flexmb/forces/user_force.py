@@ -199,8 +199,8 @@ class UserForce(Force):
     function: Any
     switches: Any = None
 
-    imports: ClassVar[tuple[str, ...]] = ("function", "switches")
     holds_turns: ClassVar[bool] = True
+    imports: ClassVar[tuple[str, ...]] = ("function", "switches")
     """Fields whose text names code."""
     unseen: ClassVar[str] = (
         "steps do not end where a Python function jumps or has a kink, and may pass over what is short; give the "

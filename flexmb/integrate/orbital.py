@@ -6,10 +6,10 @@ import numpy as np
 
 from flexmb.integrate.alpha.generalized_alpha import GeneralizedAlpha
 from flexmb.integrate.explicit.explicit import Explicit
-from flexmb.integrate.oversights import places_of
 from flexmb.math.block_lu import lu_factor
 from flexmb.math.block_substitution import lu_solve
 from flexmb.math.weights import weigh, weigh_mass
+from flexmb.model.connections import places_of
 from flexmb.model.model import Model
 from flexmb.system.mobility import constraint_matrix, mass_metric
 from flexmb.system.program import evaluate

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.model.connections import places_of
 from flexmb.model.model import Model
 
-__all__ = ["held_by_ground", "oversights", "places_of"]
+__all__ = ["oversights"]
 
 LISTED = 12
 MOST_PAIRS = 5000
@@ -72,36 +73,3 @@ def _twice(model: Model) -> list[str]:
                 )
                 break
     return told
-
-
-def held_by_ground(model: Model) -> set[str]:
-    """Return the names of the bodies that joints and forces connect, directly or not, to a body that does not move."""
-    neighbours: dict[str, set[str]] = {body.name: set() for body in model.bodies}
-    for part in (*model.joints, *model.forces):
-        together = {place.rpartition(".")[0] for place in places_of(part, model)} & neighbours.keys()
-        first = next(iter(together), "")
-        for name in together - {first}:
-            neighbours[first].add(name)
-            neighbours[name].add(first)
-    reached = {body.name for body in model.bodies if not body.n_velocities}
-    ahead = list(reached)
-    while ahead:
-        new = neighbours[ahead.pop()] - reached
-        reached |= new
-        ahead += new
-    return reached
-
-
-def places_of(part, model: Model) -> tuple[str, ...]:
-    """Return the markers on which a joint or force acts, "body.marker"; its joint's where it names one."""
-    places = [*(getattr(part, "markers", None) or ()), getattr(part, "marker", None)]
-    if hasattr(part, "touching_markers"):
-        places += part.touching_markers(model)
-    if part.family == "Joint":
-        places += part.resolved_markers(model)
-    joint, body = getattr(part, "joint", None), getattr(part, "body", None)
-    if isinstance(joint, str):
-        places += getattr(model.joint(joint, part.title), "markers", ()) or ()
-    if isinstance(body, str):
-        places.append(f"{body}.")
-    return tuple(place for place in places if isinstance(place, str) and place)

@@ -18,7 +18,7 @@ from flexmb.io.swept_lines import SweptLine
 from flexmb.io.wrapped_ways import way_pieces
 from flexmb.results import recover
 
-__all__ = ["DrawnPart", "drawn_contacts", "drawn_parts"]
+__all__ = ["DrawnPart", "drawn_contacts", "drawn_parts", "surface_part"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,9 +140,13 @@ def _surfaces(model, e):
         points, triangles = own.shape.drawing()
         points = points if np.isfinite(own.shape.reach) else half * points
         drawn = solids.Surface(*with_sharp_edges(points, np.asarray(triangles)), np.zeros((0, 4), int))
-        name = f"{own.name}_surface" if own.name in taken else own.name
         look = "rigid" if model.marker(own.marker)[0].n_velocities else "supports"
-        yield _fixed(name, look, [(("marker", own.marker, None), drawn)])
+        yield _fixed(surface_part(own, taken), look, [(("marker", own.marker, None), drawn)])
+
+
+def surface_part(own, bodies: set[str]) -> str:
+    """Return the name under which a surface is drawn, beside the names of the bodies."""
+    return f"{own.name}_surface" if own.name in bodies else own.name
 
 
 def drawn_contacts(solution, model):

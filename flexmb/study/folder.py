@@ -127,8 +127,10 @@ class StudyFolder:
         self._stream = stream
 
     def close(self, *, cut: bool = False) -> None:
-        """Write the table of the rows so far; of a study that is `cut` off as CSV alone, if there is no Parquet file:
-        loading its package takes seconds, and whoever presses Ctrl-C waits for them.
+        """Write the table of the rows so far.
+
+        Of a study that is `cut` off, by an error or by Ctrl-C, as CSV alone, if there is no Parquet file: loading its
+        package takes seconds, and whoever presses Ctrl-C waits for them.
         """
         try:
             with complaints(self._part, "write"):

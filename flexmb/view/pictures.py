@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import FlexmbError, did_you_mean, listed
 from flexmb.files import complaints, replacing
+from flexmb.io.drawn_parts import surface_part
 from flexmb.io.scene import Scene
 from flexmb.results import recover
 from flexmb.view.graphics import require_graphics
@@ -128,17 +129,19 @@ def _hidden(scene: Scene, hide: Sequence[str]) -> tuple[str, ...]:
 def hidden_parts(scene: Scene, names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names of the parts that are not drawn: for a body in whose place its surfaces are drawn, these."""
     instead = _drawn_instead(scene)
-    return tuple(part for name in names for part in instead.get(name, (name,)))
+    return tuple(part for name in names for part in instead.get(name, [name]))
 
 
 def _drawn_instead(scene: Scene) -> dict[str, list[str]]:
     """Return the drawn surfaces of every body that is not drawn itself."""
     drawn, instead = {part.name for part in scene.parts}, {}
-    for own in scene.solution.model.surfaces if scene.solution.model is not None else ():
+    model = scene.solution.model
+    taken = {body.name for body in model.bodies} if model is not None else set()
+    for own in model.surfaces if model is not None else ():
         body = own.marker.partition(".")[0] if hasattr(own, "shape") else ""
-        names = {own.name, f"{own.name}_surface"} & drawn
-        if body and body not in drawn and names:
-            instead.setdefault(body, []).extend(names)
+        name = surface_part(own, taken)
+        if body and body not in drawn and name in drawn:
+            instead.setdefault(body, []).append(name)
     return instead
 
 
@@ -153,7 +156,7 @@ def require_hidden(scenes: Sequence[Scene], names: tuple[str, ...]) -> None:
             raise FlexmbError(
                 "Picture",
                 found=f"hide names '{name}'",
-                expected=f"a body that is drawn, or one of {', '.join(layers)}",
+                expected=f"a body or a surface that is drawn, or one of {', '.join(layers)}",
                 remedy=did_you_mean(name, [*known, *layers]) or f"One of: {listed(name, known)}",
             )
     if any(set(own) <= set(hidden_parts(scene, names)) for own, scene in zip(each, scenes, strict=True)):

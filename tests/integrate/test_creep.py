@@ -168,6 +168,18 @@ def test_a_stepper_tells_of_every_phase():
     assert way(sentence) == pytest.approx(1e-3 * np.arctanh(np.tan(SLOPE) / 0.3) * 9.9, rel=0.05)
 
 
+@pytest.mark.filterwarnings("ignore::flexmb.ValidityWarning")
+def test_a_stepper_tells_it_again_on_another_branch():
+    """The phase before the event has crept; what a branch has told of it is untold where the branch is taken back."""
+    with fmb.stepper(in_two_phases(late=True)) as run:
+        run.advance(to=9.0)
+        moment = run.save()
+        for _ in range(3):
+            run.advance(to=9.95)
+            assert sum("regularised" in text for text in run.solution.statistics["warnings"]) == 1
+            run.restore(moment)
+
+
 @pytest.mark.parametrize("transition", [1e-3, 0.97e-3, 4.2e-3])
 def test_the_transition_that_is_asked_for_is_enough(transition):
     (sentence,) = told(on_a_slope(fmb.JointFriction("f", joint="slide", moving=0.3, transition=transition)), 10.0)[1]

@@ -182,6 +182,27 @@ def test_reactions_that_drives_make_lose_no_phase():
     assert lost(fmb.simulate(swung, 4.0, samples=51, integrator=fmb.MoreauJean(step=0.01))) is None
 
 
+@pytest.mark.parametrize(
+    "force",
+    [
+        None,
+        fmb.PointLoad("load", marker="rod.center", force=(0.0, 0.0, 1.0)),
+        fmb.TorsionSpring("damper", joint="hinge", stiffness=0.0, damping=1e-3),
+    ],
+    ids=["free", "load", "damper"],
+)
+def test_a_pendulum_without_springs_is_told_of_no_lost_phase(force):
+    """The harmonics of its reaction have the phase of the motion."""
+    rod = fmb.RigidBody("rod", mass=1.0, inertia=(0.1, 0.1, 0.1), markers={"a": (-0.5, 0, 0)})
+    swinging = fmb.Model(
+        gravity=(0, -9.81, 0),
+        bodies=[fmb.Ground(markers={"o": (-0.5, 0, 0)}), rod],
+        joints=[fmb.Revolute("hinge", markers=("ground.o", "rod.a"))],
+        forces=[force] if force else [],
+    )
+    assert lost(fmb.simulate(swinging, 20.0, samples=11, integrator=fmb.MoreauJean(step=0.02))) is None
+
+
 def test_implicit_says_that_it_does_not_know_where_equations_depend():
     """Two welds of one block share its load: nothing was told, not even that nothing is known."""
     model = ringing(1e-2, 100.0)

@@ -1,5 +1,6 @@
 """Runs that are moved on from outside: inputs, readings, roll back, events, and bad input."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -435,6 +436,23 @@ def soft_arm(*, events=()) -> fmb.Model:
         forces=[fmb.PointLoad("pull", marker="arm.b", force=(0, fmb.input("pull"), 0))],
         events=events,
     )
+
+
+def test_where_warnings_are_errors_an_event_still_counts():
+    """The warning about the phase before it comes at the event, and finds the run behind it."""
+    event = fmb.Event("later", at=0.15, then=fmb.Change("pull", force=(0, 0, 0)))
+    with fmb.stepper(soft_arm(events=(event,)), integrator=fmb.GeneralizedAlpha(), t_end=1.0) as run:
+        run.set("pull", 500.0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", fmb.ValidityWarning)
+            with pytest.raises(fmb.ValidityWarning, match="Body 'arm'"):
+                run.advance(to=0.4)
+        assert run.t == 0.15
+        assert [of.value for of in run.model.force("pull").force] == [0.0, 0.0, 0.0]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", fmb.ValidityWarning)
+            run.advance(to=0.2)
+            assert len(run.solution.phases) == 2
 
 
 @pytest.mark.filterwarnings("ignore::flexmb.errors.ValidityWarning")

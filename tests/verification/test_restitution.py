@@ -143,3 +143,26 @@ def test_the_laws_differ_where_slip_ends():
 def test_rule_is_checked():
     with pytest.raises(fmb.ModelError, match="Poisson"):
         fmb.Rigid(restitution=0.5, rule="Poison")
+
+
+@pytest.mark.parametrize("e", [0.5, 1.0])
+@pytest.mark.parametrize("lift", [0.0, 300.0, 900.0, -300.0])
+def test_a_force_at_the_impact_changes_nothing_of_the_rebound(lift, e):
+    """One impact without friction: both laws send the ball back with e times its speed, whatever pulls or presses."""
+    for rule in ("Newton", "Poisson"):
+        ball = fmb.RigidBody("b", mass=1.0, inertia=(4e-3,) * 3, at=(0.1, 0, 0), velocity=(-1.0, 0, 0))
+        model = fmb.Model(
+            bodies=[fmb.Ground(markers={"l": LEFT}), ball],
+            surfaces=[
+                fmb.Surface("l", marker="ground.l", shape=fmb.Plane()),
+                fmb.Surface("b", marker="b.center", shape=fmb.Sphere(radius=0.1)),
+            ],
+            forces=[
+                fmb.SurfaceContact("c", surfaces=("l", "b"), law=fmb.Rigid(restitution=e, rule=rule)),
+                fmb.PointLoad("lift", marker="b.center", force=(lift, 0.0, 0.0)),
+            ],
+            sensors=[fmb.Velocity("v", marker="b.center")],
+        )
+        solution = fmb.simulate(model, 1e-3, integrator=fmb.MoreauJean(step=1e-3), samples=2)
+        assert solution["v"][-1, 0] == pytest.approx(e, abs=1e-9)
+        assert "warnings" not in solution.statistics

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.model.connections import beside, reached
+
 __all__ = ["Holders"]
 
 
@@ -36,6 +38,8 @@ class Holders:
                 # an equation between places of the body alone holds always; its legs take no rigid motion away
                 key = ", ".join(sorted(beside - firm))
                 self.neighbours.setdefault(key, []).append((n, equation, place[marker]))
+        self.loose = _loose(body, list(self.neighbours)[1:], system.model)
+        """For each neighbour behind "": does it hang on the body alone? Then it holds nothing that stands."""
         self.pushed, self.turned = [], []
         for force in system.model.forces:
             for name in sorted({name for name in _held_by(force, system.model) if name in names}):
@@ -57,6 +61,18 @@ class Holders:
         if self.pushed:
             found.append(np.concatenate([unit[k, 0] for k in sorted(set(self.pushed))]))
         return found + [unit[k, 1] for k in sorted(set(self.turned))]
+
+
+def _loose(body: str, neighbours: list[str], model) -> list[bool]:
+    """Return for each neighbour whether neither the ground nor another neighbour is reached from it but by the body."""
+    connected = beside(model)
+    ground = {one.name for one in model.bodies if not one.n_velocities}
+    groups = [set(key.split(", ")) for key in neighbours]
+    found = []
+    for group in groups:
+        others = set().union(ground, *(other for other in groups if other is not group)) - group
+        found.append(not reached(connected, group, without=body) & others)
+    return found
 
 
 def _bodies_of_markers(system) -> dict[int, str]:

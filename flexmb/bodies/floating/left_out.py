@@ -58,19 +58,31 @@ class LeftOut:
 
     def share(self, bulk, state, work) -> tuple[float, str, float]:
         """Return the relative change of stiffness, what has the largest part in it, and the largest loss, 1: all."""
-        scales, found = self._found(bulk, state, work)
+        scales, G, R = self._stiffening(bulk, state, work)
+        ground, *others = self.holders.rows(R, work)
+        found = [self._changes(G, rows) for rows in _views(ground, others)]
         change, shape = max((pair for pairs in found for pair in pairs), key=lambda pair: abs(pair[0]))
         loss = max(0.0, *(-value for pairs in found for value, _ in pairs))
         return abs(change), self._cause(scales, shape, abs), loss
 
     def loss(self, bulk, state, work) -> tuple[float, str]:
-        """Return the share of the stiffness that loads take away whatever neighbours hold, 1: all, and what does so."""
-        scales, found = self._found(bulk, state, work)
-        value, shape = max((pairs[0] for pairs in found), key=lambda pair: pair[0])
+        """Return the share of the stiffness that loads take away whatever neighbours hold, 1: all, and what does so.
+
+        A neighbour that hangs on the body alone holds nothing, where the body stands without it.
+        """
+        scales, G, R = self._stiffening(bulk, state, work)
+        ground, *others = self.holders.rows(R, work)
+        loose = [*self.holders.loose, *[False] * (len(others) - len(self.holders.loose))]
+        firm = [rows for rows, hangs in zip(others, loose, strict=True) if not hangs]
+        if self._stands(np.concatenate([ground, *firm])):
+            others = firm
+        # where the ground holds all rigid motions, what is held besides can only take shapes away
+        views = [np.concatenate([ground, *others])] if self._stands(ground) else _views(ground, others)
+        value, shape = max((self._changes(G, rows)[0] for rows in views), key=lambda pair: pair[0])
         return max(0.0, -value), self._cause(scales, shape, lambda part: -part)
 
-    def _found(self, bulk, state, work):
-        """Return the size of each load and, for each choice of neighbours that hold, the changes by all of them."""
+    def _stiffening(self, bulk, state, work):
+        """Return the size of each load, the matrix of all of them, and the orientation of the body."""
         row, R, fall = self.row, np.empty((3, 3)), np.empty(6)
         iu, first, scales = row["iu"], row["first_load"], np.empty(len(self.matrices))
         A = state.a[iu : iu + 6 + row["modes"]].copy()
@@ -79,8 +91,7 @@ class LeftOut:
         mean_acceleration(mean_motion(bulk, row["mass"], row["modes"]), A, fall)
         wrenches = work.markers[row["marker"] : row["marker"] + row["interfaces"]]
         load_scales(state.u[iu : iu + 6], fall, R, wrenches, work.loads[first : first + row["loads"]], scales)
-        G = np.tensordot(scales, self.matrices, 1)
-        return scales, [self._changes(G, rows) for rows in self._views(R, work)]
+        return scales, np.tensordot(scales, self.matrices, 1), R
 
     def _cause(self, scales, shape, size) -> str:
         """Return the load that has the largest part, by `size`, in the change of a shape."""
@@ -89,23 +100,24 @@ class LeftOut:
             parts[cause] = parts.get(cause, 0.0) + part
         return max(parts, key=lambda cause: size(parts[cause]))
 
-    def _views(self, R, work):
-        """Yield, for each choice of neighbours that hold, what is held: rows (n, 6 ni) on the interfaces' motions."""
-        ground, *others = self.holders.rows(R, work)
-        for size in sorted({0, min(1, len(others)), 2 if 2 <= len(others) <= PAIRS else 0, len(others)}):
-            for chosen in combinations(others, size):
-                yield np.concatenate([ground, *chosen])
-
-    def _changes(self, G, rows):
-        """Return the lowest and the highest change of stiffness, each with its shape with the turn of the body."""
-        k = self.motions.shape[2]
-        soft = rows @ self.motions.reshape(rows.shape[1], k)
+    def _rigid(self, rows):
+        """Return what rows have of the rigid motions of unit mass, (n, r), and which of these they hold, (r, held)."""
         along, turn = np.split(rows.reshape(len(rows), len(self.places), 6), 2, axis=2)
         rigid = np.hstack([np.sum(turn + np.cross(self.places, along), axis=1), np.sum(along, axis=1)])
         free = rigid @ self.unit_motions
         norms = np.linalg.norm(free, axis=1, keepdims=True)  # rows in m and in rad are compared by direction only
         _, s, axes = np.linalg.svd(free / np.where(norms > 0.0, norms, 1.0), full_matrices=False)
-        held = axes[s > ALIGNED * max(s, default=0.0)].T  # what is not held has no momentum
+        return free, axes[s > ALIGNED * max(s, default=0.0)].T
+
+    def _stands(self, rows) -> bool:
+        """Do these rows hold all rigid motions?"""
+        return self._rigid(rows)[1].shape[1] == self.unit_motions.shape[1]
+
+    def _changes(self, G, rows):
+        """Return the lowest and the highest change of stiffness, each with its shape with the turn of the body."""
+        k = self.motions.shape[2]
+        soft = rows @ self.motions.reshape(rows.shape[1], k)
+        free, held = self._rigid(rows)  # what is not held has no momentum
         rest = rows @ self.compliance @ rows.T
         size = np.sqrt(np.einsum("ij,ij->i", soft, soft) + np.diag(rest))  # of the body's own motion, in any unit
         size = np.where(size > 0.0, size, np.linalg.norm(free, axis=1))
@@ -118,6 +130,13 @@ class LeftOut:
         T = T @ C
         values, vectors = np.linalg.eigh(T.T @ G @ T)
         return [(float(values[n]), T @ vectors[:, n]) for n in (0, -1)]
+
+
+def _views(ground, others):
+    """Yield, for each choice of neighbours that hold, what is held: rows (n, 6 ni) on the interfaces' motions."""
+    for size in sorted({0, min(1, len(others)), 2 if 2 <= len(others) <= PAIRS else 0, len(others)}):
+        for chosen in combinations(others, size):
+            yield np.concatenate([ground, *chosen])
 
 
 def _compliance(soft, turns, rest) -> np.ndarray:

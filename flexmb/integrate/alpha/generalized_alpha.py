@@ -229,7 +229,7 @@ class GeneralizedAlpha(metaclass=Described):
                 longest_step=self.step or largest,
                 span=span,
                 first_state=nu - int(np.sum(system.is_state)),
-                looked=-SELDOM,
+                since_look=SELDOM,
                 convergence=0.05,
                 rounding=rounding,
             ),

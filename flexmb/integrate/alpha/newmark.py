@@ -170,7 +170,7 @@ def _iterate(program, work, v, c, h):
             v.powers[1] = 0.0  # of the drives: with the corrected multipliers
             for i in range(ng):
                 v.powers[1] -= v.lam1[i] * work.equations[i].rate
-            note_correction(v, c, h)
+            note_correction(v, c, h, iteration + 1)
             if iteration == 0:
                 # trusted once more, but less and less until it is measured again
                 v.run[0].convergence = min(1.5 * v.run[0].convergence, 0.05)

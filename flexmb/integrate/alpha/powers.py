@@ -13,13 +13,16 @@ __all__ = ["SELDOM", "add_works", "look_at_powers_anew", "note_correction", "set
 
 SMALL = 1e-5
 """Last correction of a step, relative to the velocities, up to which the powers before it do."""
-SELDOM = 4
+SELDOM = 3.0
 """Steps from one evaluation after the last correction to the next."""
 
 
 @inner_kernel
-def note_correction(v, c, h):
-    """Note whether the last correction has changed velocities or states noticeably: forces were evaluated before it."""
+def note_correction(v, c, h, corrections):
+    """Note the number of corrections of a step, if the last has changed velocities or states noticeably; else 0.
+
+    Forces were evaluated before it.
+    """
     velocity, change, of_states = 0.0, 0.0, 0.0
     for i in range(v.run[0].first_state):
         velocity = max(velocity, abs(v.u1[i]) * v.extent[i])
@@ -27,7 +30,7 @@ def note_correction(v, c, h):
     for i in range(v.run[0].first_state, len(v.u)):
         of_states = max(of_states, abs(v.d[i]) * v.extent[i] / v.reach[i])
     noticed = change * c.gamma / (c.beta * h) > SMALL * velocity or of_states > SMALL
-    v.run[0].rough = 1 if noticed else 0
+    v.run[0].rough = corrections if noticed else 0
 
 
 @inner_kernel
@@ -37,13 +40,14 @@ def settle_powers(program, work, v, h):
     A load that follows a place lags by the error of the prediction, which is in phase with it: its work would drift. An
     evaluation in each step would tell, and cost a fifth of it. The prediction goes along a straight line through the
     accelerations at the start and a step before: velocities err by h^2 (h + h_before) times the next rate of the
-    motion, which hardly changes in some steps.
+    motion, which hardly changes in some steps, where it is smooth. A step with more corrections lacks far less.
     """
     run = v.run[0]
+    run.since_look += 1.0
     if run.rough == 0 or v.powers[0] == 0.0:
         return
     size = h * h * (h + run.last_step)
-    if run.steps >= run.looked + SELDOM:
+    if run.since_look >= SELDOM or run.rough != run.looked_at:
         for i in range(3):
             v.lacking[i] = v.powers[i]
         work.weights[0].wanted = 0
@@ -53,7 +57,7 @@ def settle_powers(program, work, v, h):
         v.powers[1] = drives  # by the corrected multipliers already
         for i in range(3):
             v.lacking[i] = (v.powers[i] - v.lacking[i]) / size
-        run.looked = run.steps
+        run.since_look, run.looked_at = 0.0, run.rough
     else:
         for i in range(3):
             v.powers[i] += size * v.lacking[i]
@@ -62,7 +66,7 @@ def settle_powers(program, work, v, h):
 @inner_kernel
 def look_at_powers_anew(v):
     """Forget what powers lacked: loads have jumped, or a contact has begun or ended."""
-    v.run[0].looked = v.run[0].steps - SELDOM
+    v.run[0].since_look = SELDOM
 
 
 @inner_kernel

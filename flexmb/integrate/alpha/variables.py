@@ -34,12 +34,14 @@ class AlphaRun(Record):
     """rate of the iteration with a fresh matrix"""
     rounding: float
     """m, of positions"""
+    since_look: float
+    """steps since powers were last evaluated after the last correction of one"""
+    looked_at: float
+    """`rough` of that step"""
     first_state: int
     """velocities from here on are first-order states"""
     rough: int
-    """1 where the last correction of a step has changed velocities or states noticeably"""
-    looked: int
-    """steps until powers were last evaluated after it"""
+    """corrections of a step, if the last has changed velocities or states noticeably; else 0"""
     compared: int
     """of the motion without local errors: steps until its reactions were compared with the run's"""
     steps: int

@@ -91,7 +91,7 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
     count : int
     about : Solution, Instant or Report, optional
         A state of this model, for example its equilibrium (`statics`); default: the start as described. The report of
-        `check` stands for that start too, which is then not assembled again.
+        `check` stands for that start too; that of a large model is then not assembled again.
 
     Raises
     ------
@@ -138,8 +138,8 @@ def _assembled_about(model: Model, about: Any) -> tuple[System, State]:
         if about.model is not model:
             raise ModelError(
                 "first_frequencies",
-                found=f"the report of another model ('{about.model.name}')",
-                expected=f"that of model '{model.name}'",
+                found=f"the report of another model, named '{about.model.name}'",
+                expected=f"that of this one, named '{model.name}'; a changed copy is another",
                 remedy="Give about=flexmb.check(model), or leave about out",
             )
         return about.assembled or assemble_as_drawn(model)

@@ -7,8 +7,8 @@ import numpy as np
 from flexmb.integrate.linear.driven import driven_accelerations
 from flexmb.integrate.linear.steady import SteadyMotion
 from flexmb.integrate.matrices import equations_at
-from flexmb.integrate.oversights import held_by_ground
 from flexmb.math.rotations import euler_to_matrix
+from flexmb.model.connections import held_by_ground
 from flexmb.system.accelerations import accelerations, settled_accelerations
 from flexmb.system.mobility import mass_metric
 

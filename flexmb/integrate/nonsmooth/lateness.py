@@ -87,6 +87,8 @@ class Lateness:
             return
         if touched or not 0.99 * self.h < h < 1.01 * self.h:  # differences need steps of one size
             self.count, self.h = 0, h
+        if touched:  # what has struck makes vibrations that have lost nothing yet
+            self.steps = 0
         if not touched:
             _lose(lam, self.past, self.count, self.steps, self.sums, self.tables)
             self.count, self.steps = self.count + 1, self.steps + 1

@@ -66,6 +66,7 @@ def _in_phases(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> Solv
     if not first.residual <= goal:
         return _both(stored, first)
     compressing = p.P.copy()
+    p.least[:] = p.points["poisson"] * p.struck[:, 0]  # only now: nothing is demanded of the compression
     p.shift[p.active == 2] = np.maximum(shift[p.active == 2], 0.0)
     p.P[:] = 0.0
     p.P[:, 0] = p.least
@@ -77,7 +78,7 @@ def _in_phases(p: Problem, parts, v: np.ndarray, goal: float, most: int) -> Solv
 
 
 def _compression_of_impacts(p: Problem, parts, goal: float, most: int) -> Solved:
-    """Write to `least` what contacts give back: e times the impulses that stop the approaches before the step.
+    """Write to `struck` the impulses that stop the approaches before the step: e times these contacts give back.
 
     The impulse that holds a weight against the forces of the step is none of an impact. Given back, it would keep the
     last bounces going, v = e (v + g h) with the speed e g h / (1 - e), for ever. So the forces are left out here, and
@@ -89,7 +90,6 @@ def _compression_of_impacts(p: Problem, parts, goal: float, most: int) -> Solved
     add_all(p, parts, along)
     solved = solve_contacts(p, parts, along, goal, most)
     p.struck[:] = p.P
-    p.least[:] = p.points["poisson"] * p.P[:, 0]
     p.P[:], p.shift[:] = start, shift
     return solved
 

@@ -93,7 +93,7 @@ class Stepper:
         self.switches = len(self.switching.now) > 0
         if self.touching.forces:  # what goes on may stand within a rebound
             require_apart(system, self.touching, self.work, settings.step, HALF * self.small)
-        self.lateness = Lateness(system, self.stiff)
+        self.lateness = Lateness(system, not _rigid(system) or _has_springs(system.model.forces))
         self._first_forces()
 
     def present(self):
@@ -329,6 +329,11 @@ class Stepper:
 def _rigid(system) -> bool:
     """Have bodies no coordinates of deformation, and forces no states?"""
     return all(flexible == 0 and size <= 3 for _, _, size, flexible in system.program.vectors)
+
+
+def _has_springs(forces) -> bool:
+    """Is there a force with a stiffness, on which rigid bodies may swing?"""
+    return any(np.any(getattr(force, "stiffness", None)) for force in forces)
 
 
 def _places_of_wrenches(system, touching) -> tuple[np.ndarray, np.ndarray]:

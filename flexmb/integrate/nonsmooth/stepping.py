@@ -91,7 +91,7 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
         gained = max(0.0, was[0] - xi[0])
         p.active[i] = 1
         fast = was[0] < -max(SLOW * gained, tiny / h)
-        point.was, point.strikes = was[0], 1 if fast and was[0] + p.shift[i] < 0.0 else 0
+        point.was, point.strikes = was[0], 0
         # what rests shares its load whatever is rounded, or left open by the tolerance of steps before
         p.shift[i] = max(gap - tiny - UNTOLD * tolerance * gained * h, 0.0) / h
         e = max(point.restitution, point.poisson)
@@ -106,6 +106,8 @@ def set_shifts(p, parts, world, mid, u0, free, h, tiny, tolerance):
         if p.active[i] == 0:
             p.P[i, :] = 0.0
             continue
+        if fast and (p.active[i] == 2 or was[0] + p.shift[i] < 0.0):
+            point.strikes = 1
         speed = max(-(xi[0] + p.shift[i]), abs(p.shift[i]) if e > 0.0 else 0.0)
         if p.rows[i] > 1 and xi[0] + p.shift[i] < 0.0:
             speed = max(speed, abs(xi[1]), abs(xi[2]))

@@ -26,6 +26,11 @@ TOO_LONG = (
     "compares"
 )
 
+TO_A_POLE = (
+    "what the errors of steps add up to is not estimated: the last steps went towards a time at which a force or a "
+    "drive has no value"
+)
+
 NOT_SHARED_ALIKE = (
     "how well steps resolve reactions is not estimated where equations depend on each other: steps share multipliers "
     "among them otherwise than samples do. Where single values of them matter, compare with IDA, or make the equations "
@@ -133,6 +138,7 @@ def tell_of(
     error = told_of(integrator, system, variables)
     if error is not None and is_of_a_pole(error, lost):
         statistics[ADDED_UP] = UNKNOWN
+        validity.note([TO_A_POLE])
         return
     if error is None:
         if getattr(integrator, "follow_errors", True) and system.nu:

@@ -57,6 +57,7 @@ class CreepWatch:
     def copied(self) -> CreepWatch:
         """Return a watch that has seen the same, and goes on by itself."""
         twin = copy(self)
+        twin.told = set(self.told)
         if len(self.rows):
             for name in ("way", "crept", "stood", "path", "speed"):
                 setattr(twin, name, getattr(self, name).copy())

@@ -157,10 +157,11 @@ class Stepper:
             if isinstance(following, Status):
                 self._status = following
                 return False
-            self._phase.look(self._validity)  # now: a moment that is saved later knows what this phase had to tell
             self._done.append(self._phase)
             self._phase = following
             self._readers.clear()
+            # now: a moment that is saved later knows what this phase had to tell; and last, as warnings may be errors
+            self._done[-1].look(self._validity)
         self._status = None
         return True
 
