@@ -245,7 +245,7 @@ class Stage:
         )
         if part.tiles is not None:  # they lie in the surfaces, and are to be seen
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(-1.0, -60.0)
+            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(-2.0, -150.0)
         elif look.opacity < 1.0:  # a face that coincides with another state's is behind it, not half of it
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.5, 1.0)
