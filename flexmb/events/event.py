@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.described import Described, is_number, whole
-from flexmb.model.kinds import Part
+from flexmb.model.part import Part
 from flexmb.model.sensor_columns import found_in
 
 __all__ = ["Action", "Event"]

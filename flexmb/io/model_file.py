@@ -28,11 +28,11 @@ from flexmb.io.simulation_table import simulation_of
 from flexmb.io.toml_text import parse_toml
 from flexmb.model.assembly import joined, placed
 from flexmb.model.foreign import Foreign
-from flexmb.model.kinds import LONGEST
 from flexmb.model.material import MATERIALS
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.model.model import Model
 from flexmb.model.orbit import Orbit
+from flexmb.model.part import LONGEST
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import as_signal
 from flexmb.told import Told, listening, repeat

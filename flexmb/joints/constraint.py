@@ -14,7 +14,8 @@ from flexmb.model.described import check_mapping, is_number
 from flexmb.model.equation_text import Input, read_equation
 from flexmb.model.expression import SignalProgram
 from flexmb.model.foreign import imported
-from flexmb.model.kinds import Joint, Part, Sensor
+from flexmb.model.kinds import Joint, Sensor
+from flexmb.model.part import Part
 from flexmb.model.sensor_columns import found_in
 from flexmb.model.signal import Signal
 

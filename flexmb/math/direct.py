@@ -13,10 +13,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numba import typeof
 
+from flexmb.math.structure_type import seen
+
 __all__ = ["direct"]
 
-LARGE = 2**62  # whole numbers below are of one type
-NUMBERS = float, bool, np.float64, np.bool_
 _ENTRIES: dict[tuple[Any, tuple], Callable[..., Any]] = {}
 """Compiled functions by kernel and what its arguments' types depend on: variants have structures of their own, and the
 same types."""
@@ -42,7 +42,7 @@ class _Direct:
             entry, kinds, structures, arrays = found
             if tuple(map(type, arguments)) == kinds and _alike(arguments, structures, arrays):
                 return entry(*arguments)
-        known = _seen(arguments)
+        known = seen(arguments)
         same = None if known is None else _ENTRIES.get((self._kernel, known))
         if same is None:
             returned = self._kernel(*arguments)
@@ -55,27 +55,6 @@ class _Direct:
         arrays = tuple((k, one.dtype, one.ndim) for k, one in enumerate(arguments) if isinstance(one, np.ndarray))
         self._found = same, tuple(map(type, arguments)), structures, arrays
         return returned
-
-
-def _seen(values: tuple[Any, ...]) -> tuple | None:
-    """Return all that the types of arguments, or of the fields of a structure, depend on; None if there is something
-    else than arrays, numbers and structures of them.
-    """
-    parts: list[Any] = [type(values)]
-    for value in values:
-        kind = type(value)
-        if kind is np.ndarray:
-            parts.append((value.dtype, value.ndim, value.flags.num))
-        elif kind in NUMBERS or (kind is int and abs(value) < LARGE):
-            parts.append(kind)
-        elif isinstance(value, tuple) and hasattr(value, "_fields"):
-            inner = _seen(value)
-            if inner is None:
-                return None
-            parts.append(inner)
-        else:
-            return None
-    return tuple(parts)
 
 
 def _holds_arrays(one: Any) -> bool:

@@ -23,10 +23,11 @@ from numba.core.datamodel import models
 from numba.core.typing.templates import AttributeTemplate, make_callable_template
 from numba.extending import NativeValue, infer_getattr, lower_getattr_generic, register_model, typeof_impl, unbox
 
-__all__ = ["Structure", "field_value", "made_structure", "read_as_structure"]
+__all__ = ["Structure", "field_value", "made_structure", "read_as_structure", "seen"]
 
 WORD = 8  # bytes; every field begins at a multiple
 LARGE = 2**62  # whole numbers below are of one type
+NUMBERS = float, bool, np.float64, np.bool_
 BYTE, LONG, INT = ir.IntType(8), ir.IntType(64), ir.IntType(32)
 
 
@@ -71,17 +72,19 @@ _types: dict[tuple, Structure] = {}
 """Types of structures by what they depend on: numba makes the type of every array of records anew, field by field."""
 
 
-def _seen(value: Any) -> tuple | None:
-    """Return all that the type of a structure depends on; None if it holds something else than arrays and numbers."""
-    parts: list[Any] = [type(value)]
-    for field in value:
-        kind = type(field)
+def seen(values: tuple[Any, ...]) -> tuple | None:
+    """Return all that the types of the fields of a structure, or of arguments, depend on; None if there is something
+    else than arrays, numbers and structures of them.
+    """
+    parts: list[Any] = [type(values)]
+    for value in values:
+        kind = type(value)
         if kind is np.ndarray:
-            parts.append((field.dtype, field.ndim, field.flags.num))
-        elif kind is float or (kind is int and abs(field) < LARGE):
+            parts.append((value.dtype, value.ndim, value.flags.num))
+        elif kind in NUMBERS or (kind is int and abs(value) < LARGE):
             parts.append(kind)
-        elif isinstance(field, tuple) and hasattr(field, "_fields"):
-            inner = _seen(field)
+        elif isinstance(value, tuple) and hasattr(value, "_fields"):
+            inner = seen(value)
             if inner is None:
                 return None
             parts.append(inner)
@@ -95,15 +98,15 @@ def read_as_structure(kind: Any) -> None:
 
     @typeof_impl.register(kind)
     def _type_of(value, context):
-        seen = _seen(value)
-        if seen is not None and seen in _types:
-            return _types[seen]
+        known = seen(value)
+        if known is not None and known in _types:
+            return _types[known]
         members = tuple(typeof_impl(field, context) for field in value)
         if None in members:
             return None
         found = Structure(kind, members)
-        if seen is not None:
-            _types[seen] = found
+        if known is not None:
+            _types[known] = found
         return found
 
     @infer_getattr

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import FlexmbError, ModelError
-from flexmb.model.kinds import Part
+from flexmb.model.part import Part
 from flexmb.model.pose import Pose
 from flexmb.model.sensor_columns import sensor_columns, without_unit
 from flexmb.model.signal import Signal

@@ -12,8 +12,8 @@ import numpy as np
 from flexmb.errors import ModelError, did_you_mean, listed
 from flexmb.model.assembly import joined, placed
 from flexmb.model.described import Described, check_mapping, entries_of
-from flexmb.model.kinds import Part
 from flexmb.model.orbit import Orbit, check_origin
+from flexmb.model.part import Part
 from flexmb.model.part_names import check_names, find_part
 from flexmb.model.pose import vector3
 

@@ -1,6 +1,6 @@
 """Surfaces that can touch: one shape per file, one import line per shape."""
 
-from flexmb.model.kinds import Part
+from flexmb.model.part import Part
 from flexmb.model.registered import registered
 from flexmb.surfaces.capsule import Capsule
 from flexmb.surfaces.cuboid import Cuboid

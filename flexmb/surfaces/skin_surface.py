@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
 from flexmb.errors import ModelError, did_you_mean
-from flexmb.model.kinds import Part
+from flexmb.model.part import Part
 from flexmb.surfaces.patch import Patch
 from flexmb.surfaces.surface import Surface
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.model.kinds import Part
+from flexmb.model.part import Part
 from flexmb.surfaces.distances import signed_distance
 from flexmb.surfaces.records import FAR, HEADER
 from flexmb.surfaces.shape import Points, Shape

@@ -12,8 +12,9 @@ from flexmb.errors import ModelError
 from flexmb.integrate.alpha.added_errors import beside, known, taken_over
 from flexmb.integrate.alpha.jump import take_jump
 from flexmb.integrate.alpha.large_kernels import LARGE_KERNELS
-from flexmb.integrate.alpha.newmark import SINGULAR, STALLED, run_steps
+from flexmb.integrate.alpha.newmark import run_steps
 from flexmb.integrate.alpha.powers import SELDOM
+from flexmb.integrate.alpha.reasons import reason_of
 from flexmb.integrate.alpha.start_rates import acceleration_rate, constrained_part
 from flexmb.integrate.alpha.variables import COUNTED, AlphaRun, Controls, Motions, Variables
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes, to_body_axes, to_world_axes, turn
@@ -35,7 +36,6 @@ from flexmb.math.weights import no_matrix
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import is_solved
 from flexmb.system.branches import branch_rates
-from flexmb.system.complaints import without_value, worst_equations
 from flexmb.system.program import constraint_velocity, evaluate
 
 __all__ = ["GeneralizedAlpha"]
@@ -333,7 +333,7 @@ class GeneralizedAlpha(metaclass=Described):
         at = float(now[0])
         if reason in (0, PAUSED):
             return Outcome(rows=rows, reached=at)
-        outcome = Outcome(rows=rows, failure=self._reason(system, work, variables.own, reason), reached=at)
+        outcome = Outcome(rows=rows, failure=reason_of(system, work, variables.own, reason), reached=at)
         shorter = f"Look at the last samples; give a shorter step than {self.step} s, or none: rtol then chooses it"
         return outcome if self.step is None else replace(outcome, remedy=shorter)
 
@@ -378,22 +378,6 @@ class GeneralizedAlpha(metaclass=Described):
         no_matrix(work.weights)
         evaluate(system.program, state, work)
         return shares_of_reactions(system, work, variables.apart.reactions)
-
-    @staticmethod
-    def _reason(system, work, v: Variables, reason: int) -> str:
-        t = v.run[0].t
-        if reason == SINGULAR:
-            if not np.all(np.isfinite(work.residual)):
-                return (
-                    f"the equations of motion are not finite at t = {t:.9g} s{without_value(system, work, v.q1, v.u1)}"
-                )
-            return f"the iteration matrix is singular at t = {t:.9g} s (dead centre, or dependent equations)"
-        if reason == STALLED:
-            worst = int(np.argmax(np.abs(v.right[: system.nu]) * v.extent)) if system.nu else 0
-            equations = f"; worst equations: {worst_equations(system, work)}" if system.ng else ""
-            return f"the iteration does not converge at t = {t:.9g} s near {system.owner(worst)}{equations}"
-        worst = int(np.argmax(np.abs(v.a1 - v.a) * v.extent / v.reach))
-        return f"the step size fell below {v.run[0].next_step:.3g} s at t = {t:.9g} s because of {system.owner(worst)}"
 
     @staticmethod
     def statistics(variables: Motions) -> dict[str, Any]:

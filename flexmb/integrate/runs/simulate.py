@@ -161,9 +161,8 @@ def simulate(
         Number of equally spaced samples including both ends, or their times.
     t_start : float, s
     start : Solution, Instant or "equilibrium", optional
-        Where the motion begins, instead of the described positions and velocities: the result of `statics` (its last
-        sample), or an instant of another solution. Bodies are found by name. "equilibrium" starts from the equilibrium
-        of this model at `t_start`: elastic bodies begin bent by their loads, and do not ring.
+        Where the motion begins, if not as described: the result of `statics` (its last sample), or an instant of
+        another solution, bodies found by name; "equilibrium": that at `t_start`, where elastic bodies do not ring.
     output : path, optional
         Solution file, written during the run; an interrupted run keeps its samples so far.
     write_model : callable Model -> text, optional

@@ -31,6 +31,7 @@ from flexmb.integrate.runs.reading import Readings
 from flexmb.integrate.runs.reasons import failed_with
 from flexmb.integrate.runs.record import joined_rows
 from flexmb.integrate.runs.sunk_surfaces import SunkSurfaces
+from flexmb.integrate.runs.turned import require_unturned
 from flexmb.integrate.runs.unknown_value import unknown_on_the_way, unknown_value
 from flexmb.integrate.runs.vanishing import Gradients
 from flexmb.integrate.runs.watch import Watch, carried, next_phase
@@ -195,21 +196,9 @@ class SteppedPhase:
         self.last = after
         return event, after
 
-    def _turned(self) -> int:
-        """Return the number of the switch, from 1 on, whose markers have turned too far against each other; or 0."""
-        switching = getattr(self.variables, "switching", None)
-        return 0 if switching is None or not len(switching.now) else int(switching.limits["turned"][0])
-
     def _require_sound(self, row: Rows) -> None:
         """Raise IntegrationError where no later state means anything."""
-        turned = self._turned()
-        if turned:
-            raise IntegrationError(
-                self.system.switch_owners[turned - 1],
-                found="its markers have turned against each other by half a turn",
-                expected="less than half a turn, where its moment would jump to the opposite sign",
-                remedy="Use a TorsionSpring on a joint, which counts full turns, or no stiffness about this axis",
-            )
+        require_unturned(self.system, self.variables)
         self._gradients.look(row)
         wrong = first_inversion(self.system, row["q"]) if self.may_invert else None
         if wrong is not None:
