@@ -86,11 +86,3 @@ def _check_points(force, groups) -> None:
                 expected="with a rigid law, which acts at points: corners, a Sphere, or a Cylinder on a Plane",
                 remedy="Use a Hull of points on both rims, an ExtrudedProfile of a Disc, or ElasticFoundation",
             )
-    capsules = [next((s.name for s in group if kind_of(s) == "Capsule"), "") for group in groups]
-    if all(capsules):
-        raise ModelError(
-            force.title,
-            found=f"'{capsules[0]}' and '{capsules[1]}' are both capsules",
-            expected="a Capsule on one side only with a rigid law, which looks at its ends",
-            remedy="Describe one side by spheres on a line, or use ElasticFoundation",
-        )

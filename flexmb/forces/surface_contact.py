@@ -129,19 +129,19 @@ class SurfaceContact(Force):
         return [(a, b) for a, b in both if a.marker.partition(".")[0] != b.marker.partition(".")[0]]
 
     def unseen_in(self, model) -> str:
-        """Return that edges that cross are not seen, for a rigid law where there are some."""
-        groups = self._surfaces(model)
-        edged = [
-            next((s.name for s in group if np.isfinite(s.shape.reach) and kind_of(s) != "Sphere"), "")
-            for group in groups
-        ]
-        boxes = all(kind_of(s) in ("Cuboid", "Plane", "Sphere") for group in groups for s in group)
-        if not self.impulsive or not all(edged) or boxes:
+        """Return that edges that cross are not seen, for a rigid law where there are such."""
+        first, second = (
+            [s for s in group if np.isfinite(s.shape.reach) and kind_of(s) != "Sphere"]
+            for group in self._surfaces(model)
+        )
+        unknown = [next((s for s in group if not s.shape.edged), None) for group in (first, second)]
+        if not self.impulsive or not first or not second or not any(unknown):
             return ""
+        a, b = unknown[0] or first[0], unknown[1] or second[0]
         return (
-            f"edges of '{edged[0]}' and '{edged[1]}' that cross are not seen: except between two cuboids, a rigid law "
-            "acts where a corner of one surface meets the other. Where edges can meet first, use ElasticFoundation, or "
-            "put spheres on an edge"
+            f"edges of '{a.name}' and '{b.name}' that cross are not seen: except between cuboids, hulls, meshes and "
+            "capsules, a rigid law acts where a corner of one surface meets the other. Where edges can meet first, use "
+            "a TriangleMesh, an ElasticFoundation, or put spheres on an edge"
         )
 
     def measure(self, model) -> str | None:

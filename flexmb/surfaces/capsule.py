@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from flexmb.surfaces.bar import Bar
+from flexmb.surfaces.edges import LINE, Edges
 from flexmb.surfaces.revolved import frustum, patches
 from flexmb.surfaces.shape import Points
 from flexmb.surfaces.sphere import on_unit_sphere
@@ -20,6 +21,7 @@ class Capsule(Bar):
     """All points within `radius`, m, of a line of `length`, m, along the z-axis, whose middle is the marker."""
 
     code: ClassVar[int] = 3
+    edged: ClassVar[bool] = True
 
     @property
     def reach(self) -> float:
@@ -29,6 +31,13 @@ class Capsule(Bar):
     def corners(self) -> tuple[np.ndarray, float]:
         """Return the ends of the line, and the radius."""
         return np.array([(0, 0, -0.5 * self.length), (0, 0, 0.5 * self.length)]), self.radius
+
+    @property
+    def edges(self) -> Edges:
+        """The line between its ends, which is rounded by the radius."""
+        line = np.zeros((1, LINE))
+        line[0, [2, 5]] = -0.5 * self.length, 0.5 * self.length
+        return Edges(line, np.zeros((0, 3)), [], self.radius)
 
     def samples(self, spacing: float) -> Points:
         """Return points of the side and of the two half-spheres."""

@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.errors import MeshError
 from flexmb.surfaces.mesh_crossings import shells_of
 
-__all__ = ["checked_mesh", "mean_normals"]
+__all__ = ["checked_mesh", "mean_normals", "twins"]
 
 MOST = 5_000_000
 FARTHEST = 1e15
@@ -144,6 +144,16 @@ def _check_edges(vertices: np.ndarray, triangles: np.ndarray, title: str) -> Non
     )
 
 
+def twins(triangles: np.ndarray, count: int) -> np.ndarray:
+    """Return, for each side ab, bc, ca of triangles (m, 3) of a closed mesh of `count` vertices, which side of which
+    other triangle runs along it the other way: 3 times its number plus the number of the side (3 m,).
+    """
+    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    own, other = start * count + end, end * count + start
+    order = np.argsort(own)
+    return order[np.searchsorted(own[order], other)]
+
+
 def mean_normals(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return unit normals of the faces (m, 3), of their edges ab, bc, ca (m, 3, 3) and of the vertices (n, 3).
 
@@ -157,11 +167,7 @@ def mean_normals(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
         u, v = corners[:, (k + 1) % 3] - corners[:, k], corners[:, (k + 2) % 3] - corners[:, k]
         angle = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), np.einsum("ij,ij->i", u, v))
         np.add.at(tips, triangles[:, k], angle[:, None] * faces)
-    n = len(vertices)
-    start, end = triangles, np.roll(triangles, -1, axis=1)
-    own, other = (start * n + end).ravel(), (end * n + start).ravel()
-    order = np.argsort(own)
-    beside = order[np.searchsorted(own[order], other)] // 3
+    beside = twins(triangles, len(vertices)) // 3
     edges = faces[:, None, :] + faces[beside].reshape(-1, 3, 3)
     for normals in (tips, edges):
         size = np.linalg.norm(normals, axis=-1, keepdims=True)

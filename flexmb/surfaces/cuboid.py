@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.model.described import finite_array
+from flexmb.surfaces.edges import Edges, edges_of_solid
 from flexmb.surfaces.shape import Points, Shape, grid
 
 __all__ = ["Cuboid"]
@@ -28,6 +29,7 @@ class Cuboid(Shape):
     size: Any
 
     code: ClassVar[int] = 4
+    edged: ClassVar[bool] = True
 
     def __post_init__(self):
         size = finite_array(self.size)
@@ -52,6 +54,11 @@ class Cuboid(Shape):
         """
         half, radius = self.numbers(), ROUNDED * min(self.size)
         return np.array(list(product((-1, 1), repeat=3))) * (half - radius), radius
+
+    @property
+    def edges(self) -> Edges:
+        """Its twelve edges and six faces."""
+        return edges_of_solid(*self.drawing(), True)
 
     def samples(self, spacing: float) -> Points:
         """Return the centres of equal rectangles on each face."""

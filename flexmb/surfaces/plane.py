@@ -20,6 +20,7 @@ class Plane(Shape):
     """The x-y plane of the marker, with the solid below it (z < 0)."""
 
     code: ClassVar[int] = 0
+    edged: ClassVar[bool] = True
 
     def numbers(self) -> np.ndarray:
         """Return nothing: the marker tells all."""

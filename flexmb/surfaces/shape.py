@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.model.described import Described, is_number
+from flexmb.surfaces.edges import NO_EDGES, Edges
 
 __all__ = ["Points", "Shape", "grid"]
 
@@ -23,6 +24,8 @@ class Shape(metaclass=Described):
     code: ClassVar[int] = -1
     """Its number in the kernels, see `flexmb.surfaces.distances`."""
     convex: ClassVar[bool] = True
+    edged: ClassVar[bool] = False
+    """Are its edges known, or has it none?"""
 
     def _fail(self, found: str, expected: str, remedy: str) -> None:
         raise ModelError(f"Shape {type(self).__name__}", found=found, expected=expected, remedy=remedy)
@@ -70,6 +73,11 @@ class Shape(metaclass=Described):
     def corners(self) -> tuple[np.ndarray, float]:
         """Return the points (n, 3) of its core that may touch singly, and the radius by which it is rounded, m."""
         return np.zeros((0, 3)), 0.0
+
+    @property
+    def edges(self) -> Edges:
+        """Its edges and flat faces, by which it meets others where no corner does."""
+        return NO_EDGES
 
     def samples(self, spacing: float) -> Points:
         """Return points about `spacing`, m, apart with normals and areas, which sum up to the surface's area."""

@@ -29,6 +29,7 @@ class Sphere(Shape):
     radius: float
 
     code: ClassVar[int] = 1
+    edged: ClassVar[bool] = True
 
     def __post_init__(self):
         self._require_lengths("radius")

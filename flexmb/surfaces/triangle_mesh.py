@@ -13,6 +13,7 @@ from flexmb.errors import MeshError
 from flexmb.math.triangles import centres_of_parts
 from flexmb.model.described import finite_array
 from flexmb.surfaces.closed_mesh import FARTHEST, checked_mesh, mean_normals
+from flexmb.surfaces.edges import Edges, edges_of_solid
 from flexmb.surfaces.mesh_crossings import crossings, shells_of
 from flexmb.surfaces.mesh_distance import TRIANGLE
 from flexmb.surfaces.shape import Points, Shape
@@ -25,6 +26,7 @@ class Meshed(Shape):
     """What shapes of triangles share."""
 
     code: ClassVar[int] = 5
+    edged: ClassVar[bool] = True
     _mesh: tuple[np.ndarray, np.ndarray]
 
     @cached_property
@@ -64,6 +66,11 @@ class Meshed(Shape):
     def corners(self) -> tuple[np.ndarray, float]:
         """Return the vertices, which are sharp."""
         return self._mesh[0], 0.0
+
+    @cached_property
+    def edges(self) -> Edges:  # type: ignore[override]
+        """The edges that stand out; of a convex solid the faces, triangles in one plane joined."""
+        return edges_of_solid(*self._mesh, self.convex)
 
     def samples(self, spacing: float) -> Points:
         """Return the centres of the triangles, which are divided where they are longer than the spacing."""

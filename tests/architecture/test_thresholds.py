@@ -101,6 +101,10 @@ KNOWN = {
         "surfaces/advancement.py: sine > 1e-12",
         "surfaces/box_pairs.py: square < PARALLEL",
         "surfaces/closed_mesh.py: size > 1e-12",
+        "surfaces/edge_pairs.py: max(_along(first, 6, n), _along(first, 9, n), -_along(second, 6, n), "
+        "-_along(second, 9, n)) <= LEANS",
+        "surfaces/edges.py: np.abs(sine) <= FLAT",
+        "surfaces/edges.py: sine > FLAT",
         "surfaces/profile_distance.py: abs(radial) < 1e-06",
     ),
     "shares of errors, tolerances, rates of convergence, ranks, matrices of unit size": (

@@ -9,6 +9,9 @@ from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.box_pairs import are_boxes, find_between_boxes, plane_between_boxes
 from flexmb.surfaces.detection import bound_gap, find_closest, find_points
+from flexmb.surfaces.edge_pairs import find_crossings, have_edges
+from flexmb.surfaces.edges import packed_edges
+from flexmb.surfaces.hull_pairs import find_between_hulls, have_faces, plane_between_hulls
 from flexmb.surfaces.neighbours import FEW, LARGE, candidates, near_pairs
 from flexmb.surfaces.records import CODE, CONTACT, CORNERS, FAR, PATCH, THICKNESS
 from flexmb.surfaces.rod_on_plane import find_rod_on_plane, is_rod_on_plane
@@ -18,8 +21,10 @@ __all__ = ["Touching"]
 
 BALL = 1
 """Code of a sphere."""
-MOST_OF_RULES = 16
-"""Points of a pair that has a rule of its own, at most."""
+SOME = 16
+"""Contacts of a pair for which there is room at first."""
+BETTER = 1e-6
+"""By how much, relative to the thinner body, an edge must be farther than a face to give the normal of convex ones."""
 
 
 @inner_kernel
@@ -74,13 +79,40 @@ def _relative_place(a, b, d, Q):
     return dot(v, v) ** 0.5, spin**0.5
 
 
-@kernel
-def find_in_pairs(markers, data, surface_marker, place, pairs, owner, law, span, slack, contacts, points, found):
-    """Write the points of pairs of surfaces that may close in a step of length `span`; return how many there are then.
+@inner_kernel
+def _slack(data, at_a, at_b):
+    return BETTER * min(data[at_a + THICKNESS], data[at_b + THICKNESS])
 
-    `slack` (m) is what accelerations may close. Points beyond the size of `points` are counted, not written.
+
+@inner_kernel
+def _found_between(data, at_a, at_b, edges, own, other, margin, d, Q, contacts):
+    """Write the contacts of two surfaces; return how many, those for which there is no room included."""
+    if _by_centre(data, at_a, at_b):
+        return find_closest(data, at_a, at_b, margin, d, Q, contacts)
+    if is_rod_on_plane(data, at_a, at_b):
+        return find_rod_on_plane(data, at_a, at_b, margin, d, Q, contacts)
+    if are_boxes(data, at_a, at_b):
+        return find_between_boxes(data, at_a, at_b, margin, d, Q, contacts)
+    if have_faces(edges, own, other):
+        return find_between_hulls(edges, own, other, _slack(data, at_a, at_b), margin, d, Q, contacts)
+    count = find_points(data, at_a, at_b, margin, d, Q, contacts)
+    if have_edges(edges, own, other):
+        count = find_crossings(edges, own, other, data, at_a, at_b, margin, False, d, Q, contacts, count)
+    return count
+
+
+@kernel
+def find_in_pairs(
+    markers, data, edges, surface_marker, place, edges_at, pairs, owner, law, span, slack, contacts, points, found
+):
+    """Write the points of pairs of surfaces that may close in a step of length `span`; return how many there are then,
+    and the most contacts of a pair.
+
+    `slack` (m) is what accelerations may close. Points beyond the size of `points` are counted, not written, and so are
+    contacts of a pair beyond that of `contacts`.
     """
     d, Q = np.empty(3), np.empty((3, 3))
+    most = 0
     for n in range(len(pairs)):
         i, j = pairs[n, 0], pairs[n, 1]
         a, b = markers[surface_marker[i]], markers[surface_marker[j]]
@@ -90,15 +122,9 @@ def find_in_pairs(markers, data, surface_marker, place, pairs, owner, law, span,
         margin = slack + 2.0 * span * (speed + reach * spin)
         if bound_gap(data, at_a, at_b, d, Q) >= margin:
             continue
-        if _by_centre(data, at_a, at_b):
-            count = find_closest(data, at_a, at_b, margin, d, Q, contacts)
-        elif is_rod_on_plane(data, at_a, at_b):
-            count = find_rod_on_plane(data, at_a, at_b, margin, d, Q, contacts)
-        elif are_boxes(data, at_a, at_b):
-            count = find_between_boxes(data, at_a, at_b, margin, d, Q, contacts)
-        else:
-            count = find_points(data, at_a, at_b, margin, d, Q, contacts)
-        for c in range(count):
+        count = _found_between(data, at_a, at_b, edges, edges_at[i], edges_at[j], margin, d, Q, contacts)
+        most = max(most, count)
+        for c in range(min(count, len(contacts))):
             if found < len(points):
                 point = points[found]
                 _write_point(point, contacts[c], a)
@@ -107,11 +133,40 @@ def find_in_pairs(markers, data, surface_marker, place, pairs, owner, law, span,
                 point.restitution, point.poisson, point.friction = law[0], law[1], law[2]
                 point.drilling, point.rolling = law[3], law[4]
             found += 1
-    return found
+    return found, most
+
+
+@inner_kernel
+def _least_gap(data, at_a, at_b, edges, own, other, enough, d, Q, contacts, n):
+    """Return the gap of two surfaces that may meet, m, but none below zero, and write its normal; -1 if nothing of one
+    may meet the other. Edges that are farther than `enough`, m, are passed over.
+    """
+    if are_boxes(data, at_a, at_b):
+        return max(plane_between_boxes(data, at_a, at_b, d, Q, n)[0], 0.0)
+    if have_faces(edges, own, other):
+        slack = _slack(data, at_a, at_b)
+        return max(plane_between_hulls(edges, own, other, slack, np.inf, d, Q, n)[0], 0.0)
+    if _by_centre(data, at_a, at_b):
+        count = find_closest(data, at_a, at_b, np.inf, d, Q, contacts)
+    else:
+        count = find_points(data, at_a, at_b, np.inf, d, Q, contacts)
+    least = np.inf
+    for c in range(count):
+        if contacts[c].gap < least:
+            least = contacts[c].gap
+            n[:] = contacts[c].n
+    crossed = 0
+    if have_edges(edges, own, other):
+        nearer = min(least, enough)
+        crossed = find_crossings(edges, own, other, data, at_a, at_b, nearer, True, d, Q, contacts, 0)
+    if crossed > 0:
+        least = contacts[0].gap
+        n[:] = contacts[0].n
+    return max(least, 0.0) if least < np.inf else -1.0
 
 
 @kernel
-def longest_step(markers, data, surface_marker, place, thickness, convex, pairs, span, contacts):
+def longest_step(markers, data, edges, surface_marker, place, edges_at, thickness, convex, pairs, span, contacts):
     """Return the longest step, s, up to `span`, in which no pair of surfaces passes through each other.
 
     Contacts are looked for in the middle of a step, and a point inside a body is pushed out of the nearest face. So a
@@ -131,21 +186,10 @@ def longest_step(markers, data, surface_marker, place, thickness, convex, pairs,
         turning = spin * min(data[at_b + 1], data[at_a + 1] + dot(d, d) ** 0.5)
         if span * (speed + turning) <= room + max(0.0, bound_gap(data, at_a, at_b, d, Q)):
             continue
-        gap, nearing = 0.0, speed + turning
-        if are_boxes(data, at_a, at_b):
-            gap, count = max(plane_between_boxes(data, at_a, at_b, d, Q, n)[0], 0.0), 1
-        else:
-            if _by_centre(data, at_a, at_b):
-                count = find_closest(data, at_a, at_b, np.inf, d, Q, contacts)
-            else:
-                count = find_points(data, at_a, at_b, np.inf, d, Q, contacts)
-            least = np.inf
-            for c in range(count):
-                if contacts[c].gap < least:
-                    least = contacts[c].gap
-                    n[:] = contacts[c].n
-            gap = max(least, 0.0) if count else 0.0
-        if count and convex[i] and convex[j]:
+        nearing = speed + turning
+        enough = span * nearing
+        gap = _least_gap(data, at_a, at_b, edges, edges_at[i], edges_at[j], enough, d, Q, contacts, n)
+        if gap >= 0.0 and convex[i] and convex[j]:
             for k in range(3):
                 r[k] = b.r[k] - a.r[k]
             cross(a.w, r, t)
@@ -153,6 +197,7 @@ def longest_step(markers, data, surface_marker, place, thickness, convex, pairs,
                 t[k] = b.v[k] - a.v[k] - t[k]
             matvec_t(a.R, t, v)
             nearing = max(0.0, -dot(n, v)) + turning
+        gap = max(gap, 0.0)
         if nearing * span > room + gap:
             span = (room + gap) / nearing
     return span
@@ -176,6 +221,9 @@ class Touching:
         starts = np.concatenate([[0], np.cumsum([len(x) for x in packed])]).astype(np.int64)
         self.place = starts[:-1].copy()
         self.data = np.concatenate([*packed, np.zeros(1)])
+        edges = [packed_edges(surface.shape.edges) for surface in self.surfaces]
+        self.edges_at = np.concatenate([[0], np.cumsum([len(x) for x in edges])]).astype(np.int64)[:-1]
+        self.edges = np.concatenate([*edges, np.zeros(1)])
         self.marker = np.array([system.marker_index[s.marker] for s in self.surfaces], np.int64)
         bodies = {name: k for k, name in enumerate(dict.fromkeys(s.marker.split(".")[0] for s in self.surfaces))}
         self.body = np.array([bodies[s.marker.split(".")[0]] for s in self.surfaces], np.int64)
@@ -186,7 +234,7 @@ class Touching:
         self.thickness = self.data[self.place + THICKNESS]  # m; FAR of a half-space
         self.convex = np.array([surface.shape.convex for surface in self.surfaces])
         corners = max((int(self.data[at + CORNERS]) for at in self.place), default=0)
-        self.contacts = np.zeros(max(2 * corners + 2, MOST_OF_RULES), CONTACT)
+        self.contacts = np.zeros(2 * corners + SOME, CONTACT)
         self.groups = [self._group(model, f, number) for _, f in self.forces]
         self.points = np.zeros(64, POINT)
 
@@ -218,8 +266,10 @@ class Touching:
             span = longest_step(
                 work.markers,
                 self.data,
+                self.edges,
                 self.marker,
                 self.place,
+                self.edges_at,
                 self.thickness,
                 self.convex,
                 pairs,
@@ -231,15 +281,17 @@ class Touching:
     def found(self, work, span: float, slack: float) -> np.ndarray:
         """Return the points (n,) at the placed markers of `work` that may close within `span` (s) or `slack` (m)."""
         while True:
-            total = 0
+            total, most = 0, 0
             for k, (owner, _) in enumerate(self.forces):
                 law, _, _ = self.groups[k]
                 pairs = self._pairs(k, work, span, slack)
-                total = find_in_pairs(
+                total, own = find_in_pairs(
                     work.markers,
                     self.data,
+                    self.edges,
                     self.marker,
                     self.place,
+                    self.edges_at,
                     pairs,
                     owner,
                     law,
@@ -249,9 +301,13 @@ class Touching:
                     self.points,
                     total,
                 )
-            if total <= len(self.points):
+                most = max(most, own)
+            if total <= len(self.points) and most <= len(self.contacts):
                 break
-            self.points = np.zeros(2 * total, POINT)
+            if most > len(self.contacts):
+                self.contacts = np.zeros(2 * most, CONTACT)
+            if total > len(self.points):
+                self.points = np.zeros(2 * total, POINT)
         points = self.points[:total]
         return points[np.argsort(points["key"], kind="stable")]
 

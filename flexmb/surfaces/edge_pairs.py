@@ -1,0 +1,211 @@
+"""Where edges of two surfaces cross: the points at which bodies meet that have no corner there.
+
+Two edges that cross part the bodies by a plane along both. Its normal, at right angles to both, must lead out of each
+body: into none of the two faces at its edge. Between the points of the edges that are nearest to each other stands the
+gap, which is below zero where the edges have passed each other. Ends of edges are corners, which are looked at by
+their distance.
+
+Source: Ericson, Real-Time Collision Detection, sections 5.1.9 (two segments) and 6.3 (descent of two trees); the
+condition on the normal is that the arcs of both edges on the Gauss map cross (Gregorius 2013, The separating axis test
+between convex polyhedra).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.math.kernel import inner_kernel, kernel
+from flexmb.math.vectors import cross, dot, matvec, matvec_t
+from flexmb.surfaces.distances import signed_distance
+from flexmb.surfaces.edges import EDGES, EDGES_AT, LINE, NODES_AT, ROUND
+from flexmb.surfaces.records import THICKNESS
+from flexmb.surfaces.trees import DEPTH, NODE
+
+__all__ = ["PARALLEL", "find_crossings", "have_edges", "points_of_crossing"]
+
+PARALLEL = 1e-4
+"""Square of the sine between edges up to which they do not cross."""
+LEANS = 1e-3
+"""Sine by which the normal may lead into a face: of bodies that lie on each other it is in the plane of a face."""
+ON = 1e-9
+"""Distance, relative to the thinner body, of a place that counts as on a surface."""
+DEEPEST = 0.5
+"""Depth, in thicknesses of the thinner body, beyond which two edges are on far sides and have not passed each other."""
+
+
+@kernel
+def have_edges(edges, at_a, at_b):
+    """Have both surfaces edges that may cross?"""
+    return edges[at_a + EDGES] > 0.0 and edges[at_b + EDGES] > 0.0
+
+
+@kernel
+def points_of_crossing(first, second, p, q):
+    """Write the points (3,) of two lines that are nearest to each other; return if both lie between their ends.
+
+    `first` and `second` begin with the ends, 3 numbers each, of lines that are not parallel.
+    """
+    ee, ef, ff, er, fr = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        e, f, r = first[3 + i] - first[i], second[3 + i] - second[i], second[i] - first[i]
+        ee += e * e
+        ef += e * f
+        ff += f * f
+        er += e * r
+        fr += f * r
+    size = ee * ff - ef * ef
+    s, t = (ff * er - ef * fr) / size, (ef * er - ee * fr) / size
+    for i in range(3):
+        p[i] = first[i] + s * (first[3 + i] - first[i])
+        q[i] = second[i] + t * (second[3 + i] - second[i])
+    return 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0
+
+
+@inner_kernel
+def _along(line, at, n):
+    return line[at] * n[0] + line[at + 1] * n[1] + line[at + 2] * n[2]
+
+
+@inner_kernel
+def _normal_of_crossing(first, second, n):
+    """Write the unit normal (3,) of two edges that cross, out of the first body; return if it leads out of both."""
+    e, f = np.empty(3), np.empty(3)
+    out = 0.0
+    for i in range(3):
+        e[i], f[i] = first[3 + i] - first[i], second[3 + i] - second[i]
+    cross(e, f, n)
+    square = dot(n, n)
+    if not square > PARALLEL * dot(e, e) * dot(f, f):
+        return False
+    for i in range(3):
+        out += n[i] * (second[6 + i] + second[9 + i] - first[6 + i] - first[9 + i])
+    if out == 0.0:  # lines of two capsules lead into nothing
+        for i in range(3):
+            out += n[i] * (second[i] - first[i])
+    size = square**0.5 if out > 0.0 else -(square**0.5)
+    for i in range(3):
+        n[i] /= size
+    return max(_along(first, 6, n), _along(first, 9, n), -_along(second, 6, n), -_along(second, 9, n)) <= LEANS
+
+
+@inner_kernel
+def _write_crossing(first, second, radius_a, radius_b, margin, contact):
+    """Write place, normal and gap of two edges (12,) that cross; return if the gap is below the margin."""
+    p, q, n = np.empty(3), np.empty(3), np.empty(3)
+    if not _normal_of_crossing(first, second, n):
+        return False
+    gap = -radius_a - radius_b
+    for i in range(3):
+        gap += n[i] * (second[i] - first[i])
+    if not gap < margin or not points_of_crossing(first, second, p, q):
+        return False
+    contact.gap, contact.area = gap, 1.0
+    for i in range(3):
+        contact.n[i] = n[i]
+        contact.x[i] = q[i] - radius_b * n[i]
+    return True
+
+
+@inner_kernel
+def _pass_each_other(data, at_a, at_b, d, Q, contact):
+    """Does each of two edges with a gap below zero lie within the other body? They may be on far sides instead."""
+    thickness = min(data[at_a + THICKNESS], data[at_b + THICKNESS])
+    if contact.gap < -DEEPEST * thickness:
+        return False
+    near = ON * thickness
+    z, t, n, H = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
+    for i in range(3):
+        z[i] = contact.x[i]
+    if signed_distance(data, at_a, z, np.inf, n, H) > near:
+        return False
+    for i in range(3):
+        t[i] = contact.x[i] - contact.gap * contact.n[i] - d[i]
+    matvec_t(Q, t, z)
+    return signed_distance(data, at_b, z, np.inf, n, H) <= near
+
+
+@inner_kernel
+def _place_edge(edges, at, d, Q, out):
+    """Write an edge of b in the axes of a to `out` (12,)."""
+    for k in range(0, LINE, 3):
+        for i in range(3):
+            x = Q[i, 0] * edges[at + k] + Q[i, 1] * edges[at + k + 1] + Q[i, 2] * edges[at + k + 2]
+            out[k + i] = x + d[i] if k < 6 else x
+
+
+@inner_kernel
+def _boxes_apart(edges, own, other, d, Q):
+    """Return a lower bound, m, of the distance between the boxes of two nodes, along the axes of a."""
+    middle, z = np.empty(3), np.empty(3)
+    for i in range(3):
+        middle[i] = 0.5 * (edges[other + i] + edges[other + 3 + i])
+    matvec(Q, middle, z)
+    apart = -np.inf
+    for i in range(3):
+        half = 0.0
+        for j in range(3):
+            half += abs(Q[i, j]) * 0.5 * (edges[other + 3 + j] - edges[other + j])
+        at = z[i] + d[i]
+        apart = max(apart, edges[own + i] - at - half, at - half - edges[own + 3 + i])
+    return apart
+
+
+@inner_kernel
+def _longest(edges, node):
+    return max(edges[node + 3] - edges[node], edges[node + 4] - edges[node + 1], edges[node + 5] - edges[node + 2])
+
+
+@inner_kernel
+def _children(edges, nodes, k):
+    """Return the numbers of both children of a node."""
+    return k + 1, int(edges[nodes + NODE * (k + 1) + 6])
+
+
+@kernel
+def find_crossings(edges, own, other, data, at_a, at_b, margin, nearest, d, Q, contacts, found):
+    """Write contacts where edges cross with a gap below the margin, m, after the `found` ones; return how many there
+    are then: more than `contacts` has are counted, not written. With `nearest` only the one with the least gap.
+
+    `own` and `other` are the places of the surfaces among the edges, `at_a` and `at_b` in the bulk data.
+    """
+    radius_a, radius_b = edges[own + ROUND], edges[other + ROUND]
+    nodes_a, nodes_b = own + int(edges[own + NODES_AT]), other + int(edges[other + NODES_AT])
+    lines_a, lines_b = own + int(edges[own + EDGES_AT]), other + int(edges[other + EDGES_AT])
+    first, at = found, np.empty(LINE)
+    stack = np.zeros((2 * DEPTH, 2), np.int64)
+    top = 1
+    while top > 0:
+        top -= 1
+        i, j = stack[top, 0], stack[top, 1]
+        a, b = nodes_a + NODE * i, nodes_b + NODE * j
+        if _boxes_apart(edges, a, b, d, Q) - radius_a - radius_b >= margin:
+            continue
+        code_a, code_b = int(edges[a + 7]), int(edges[b + 7])
+        if code_a == 0 or code_b == 0:
+            # the larger one is divided
+            if code_b > 0 or (code_a == 0 and _longest(edges, a) >= _longest(edges, b)):
+                for child in _children(edges, nodes_a, i):
+                    stack[top, 0], stack[top, 1] = child, j
+                    top += 1
+            else:
+                for child in _children(edges, nodes_b, j):
+                    stack[top, 0], stack[top, 1] = i, child
+                    top += 1
+            continue
+        for m in range(code_b // 16, code_b // 16 + code_b % 16):
+            _place_edge(edges, lines_b + LINE * m, d, Q, at)
+            for k in range(code_a // 16, code_a // 16 + code_a % 16):
+                line = lines_a + LINE * k
+                to = first if nearest else min(found, len(contacts) - 1)
+                contact = contacts[-1] if nearest else contacts[to]
+                if not _write_crossing(edges[line : line + LINE], at, radius_a, radius_b, margin, contact):
+                    continue
+                if contact.gap < 0.0 and not _pass_each_other(data, at_a, at_b, d, Q, contact):
+                    continue
+                if nearest:
+                    margin = contact.gap
+                    contacts[first] = contact
+                    found = first + 1
+                else:
+                    found += 1
+    return found
