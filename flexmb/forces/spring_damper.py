@@ -12,7 +12,7 @@ from flexmb.forces.rows import add_central_block, apply_central_force
 from flexmb.math.tables import row_kernel
 from flexmb.math.vectors import dot, norm
 from flexmb.model.kinds import Force
-from flexmb.model.signal import as_signal
+from flexmb.model.signal import Constant, as_signal
 from flexmb.model.table import Table
 
 __all__ = ["SpringDamper"]
@@ -103,6 +103,16 @@ class SpringDamper(Force):
         """Raise ModelError if a marker does not exist."""
         for marker in self.markers:
             model.marker(marker, self.title)
+
+    def undirected(self, place):
+        """Return what has no direction where the two markers meet; a spring without length needs none."""
+        a, b = (place(marker) for marker in self.markers)
+        scale = max(1.0, float(np.abs(a).max()), float(np.abs(b).max()))
+        if np.linalg.norm(b - a) > 1e-12 * scale:
+            return ""
+        preloaded = not (isinstance(self.preload, Constant) and self.preload.value == 0.0)
+        given = {"damping": self.damping, "preload": preloaded, "length": self.length}
+        return " and ".join(name for name, value in given.items() if value)
 
     def record(self, compiler):
         """Return the row; the default length is the distance as described."""

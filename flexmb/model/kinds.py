@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
@@ -266,6 +266,10 @@ class Force(Part):
         markers : records of the evaluated markers, by number
         """
         return self
+
+    def undirected(self, place: Callable[[str], np.ndarray]) -> str:
+        """Return what of it has no direction where its markers are; `place` returns the position of a marker in W."""
+        return ""
 
     def complaint(self) -> str:
         """Return what went wrong while this force was evaluated (forces that call foreign functions)."""

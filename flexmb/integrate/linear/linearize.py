@@ -247,6 +247,7 @@ def linearize(
     balance = partial(imbalance, system, state, work, motion, own.K.diagonal())
     if told := CHANGE_WITH_TIME if observer is None else balance(observer.velocity):
         warnings.warn(f"Model '{model.name}', linearize: {told}", ValidityWarning, stacklevel=2)
+    _undirected(system, work)
     observer = observer or OWN_AXES
     seen, T = observer.seen(system, state, motion, own)
     basis = bases(seen)
@@ -273,6 +274,19 @@ def linearize(
     if inputs is None and outputs is None:
         return linear
     return plant_of(system, state, linear, inputs, outputs)
+
+
+def _undirected(system, work) -> None:
+    """Warn of forces along a line whose ends meet: the motion will give it a direction, which the slopes here lack."""
+    places = {name: work.markers[k]["r"] for name, k in system.marker_index.items()}
+    for force in system.model.forces:
+        if lost := force.undirected(places.__getitem__):
+            warnings.warn(
+                f"{force.title}, linearize: its markers meet, so its line has no direction, and its {lost} cannot "
+                "count; expected: markers that are apart. Use Bushing, which has axes, or a force on a joint",
+                ValidityWarning,
+                stacklevel=3,
+            )
 
 
 def _assembled_about(model: Model, about: Any):
