@@ -8,6 +8,11 @@ from collections.abc import Iterable
 import pytest
 
 
+def slow(*values, **more):
+    """Return parameters of a test that are long ones: what they show, others by default do too."""
+    return pytest.param(*values, marks=pytest.mark.slow, **more)
+
+
 def every_second(*choices: Iterable) -> list:
     """Return all combinations as parameters of a test; every second one is marked slow.
 

@@ -24,7 +24,7 @@ def run(case: str, *settings: tuple[str, float], t_end: float | None = None, sam
 
 def slow_run(*settings: tuple[str, float]):
     """Return an extension that takes 20 s, so slowly that inertia does not matter."""
-    return run("operation", ("duration", 20.0), *settings, samples=801)
+    return run("operation", ("duration", 20.0), *settings, samples=201)
 
 
 def at_stations(solution, name: str, column: int | None = None, eta=None):

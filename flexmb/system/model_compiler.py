@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
+from weakref import proxy
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class ModelCompiler:
         self.branch_index: dict[str, int] = {}
         self.equations: dict[str, slice] = {}  # of the joints, when forces are recorded
         self.states: dict[str, StateGroup] = {}
-        self.loops = Loops(self)
+        self.loops = Loops(proxy(self))  # no circle, which would keep all bulk data until garbage is searched for
         self.asked: list[int] = []  # pairs of the part that is being written
         self.followers: set[str] = set()
         self.written: dict[str, tuple[Table, tuple, tuple[int, ...], bool]] = {}

@@ -13,6 +13,7 @@ from bodies.ancf_states import (
     disturbed,
     residual,
 )
+from by_turns import slow
 from tolerances import MACHINE, SOLVER
 
 import flexmb as fmb
@@ -153,7 +154,7 @@ def ring_arc(first, last, count):
     return np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
 
 
-@pytest.mark.parametrize("closed", [True, False])
+@pytest.mark.parametrize("closed", [True, slow(False)])
 def test_ring(closed):
     """Bending frequencies in its plane, sqrt(EI / m) k (k^2 - 1) / sqrt(k^2 + 1), twice each (Hoppe 1871).
 

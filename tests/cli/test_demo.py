@@ -75,6 +75,7 @@ def test_files(demo):
     assert fmb.load_model(demo / "run" / "model.toml").name == "flap_station"
 
 
+@pytest.mark.slow
 def test_mesh_and_mechanism_follow_one_parameter(demo, capsys):
     """A lever of 0.7 m: the bores of the mesh are 0.7 m apart, the strut hangs on the longer lever, nothing is open."""
     station = str(demo / "flap_station.toml")

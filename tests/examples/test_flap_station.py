@@ -64,6 +64,7 @@ def linkage(lever_angle, guess=0.0, lever_length=LENGTHS["lever"]):
     return stroke, brentq(closure, guess - 0.12, guess + 0.12, xtol=1e-14), (d + stroke * t) / LENGTHS["strut"]
 
 
+@pytest.mark.slow
 def test_example():
     """Its number is the dip of the rigid linkage, which the loops give; the load bends the lever little there."""
     path = ROOT / "examples" / "flap_station" / "flap_station.py"
@@ -86,6 +87,7 @@ def test_it_has_no_freedom_left_but_those_of_the_lever(station):
     assert elastic.assembly_error < 1e-6  # the data set rounds points to a micrometre
 
 
+@pytest.mark.slow
 def test_another_lever_length(station):
     """The web of the lever grows, its mass by that of 3 cm of web; the linkage follows the loops of the new length."""
     model = station(lever_length=0.63, lever_is_rigid=True)

@@ -19,7 +19,7 @@ FAILURE = 0.65
 @pytest.fixture(scope="module")
 def failure():
     """The forces, their value before the failure, and the masks of the times after it."""
-    solution = run("strut_2_breaks")
+    solution = run("strut_2_breaks", samples=601)
     t, one = solution.t, solution["inboard_t1_strut force"][:, 0]
     return SimpleNamespace(
         t=t,

@@ -33,6 +33,7 @@ def test_a_lever_behind_twists_the_flap():
     assert found[1] > 1.3 * found[3]
 
 
+@pytest.mark.slow
 def test_a_warm_wing_does_not_load_the_flaps():
     """A wing longer by 0.1 % (3.6 mm between the tracks): the links lean, forces change by less than 2 %."""
     warm, plain = (CASES["forces"](run("operation", *given)) for given in ((("thermal_strain", 1e-3),), ()))

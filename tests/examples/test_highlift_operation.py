@@ -55,7 +55,7 @@ def test_outcome_5_13():
     path /= np.linalg.norm(path, axis=1)[:, None]
     d = (rear - front)[:, [0, 2]]
     distance = np.abs(path[:, 0] * d[:, 1] - path[:, 1] * d[:, 0])
-    inner = slice(20, -20)  # where the flap moves
+    inner = slice(5, -5)  # where the flap moves
     progress = (solution["inboard_t2_lever angle"] / solution["inboard_t2_lever angle"][-1])[inner]
     distance = distance[inner]
     assert distance[0] == pytest.approx(0.10, abs=0.01)
@@ -111,7 +111,7 @@ def test_struts_are_adjusted_in_the_retracted_position():
     }
     for name, (end, length) in lengths.items():
         assert model.body(name).markers[end].at[0] == pytest.approx(length, abs=2e-6)
-    longer = run("operation", ("track_2_drive_lever_length", 0.61))
+    longer = run("operation", ("track_2_drive_lever_length", 0.61), samples=11)
     assert longer.status.ok
     assert longer["inboard_t2_stroke"][-1] > run("operation")["inboard_t2_stroke"][-1] + 0.01
 

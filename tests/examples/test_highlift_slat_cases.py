@@ -91,6 +91,7 @@ def lost():
     return fmb.simulate(fmb.load_model(path), **settings)
 
 
+@pytest.mark.slow
 def test_before_the_loss_the_edges_carry_nothing(lost):
     assert not np.any(lost["s1_t2_front outer edge force"][lost.t < FAILURE - 0.01])
 
@@ -106,6 +107,7 @@ def test_what_is_not_lost_moves_as_in_operation(lost):
     assert lost[other][-1, 5] == pytest.approx(sound[other][-1, 5], rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_edge_takes_over_the_force_of_the_roller(lost):
     """Both act through the centre of the rack at the same angle, so equilibrium asks for the same force (the rack has
     moved by 12 mm: 3 %); the fixed track, the other slats and the other pairs carry what they did. The lost roller
@@ -126,6 +128,7 @@ def test_the_edge_takes_over_the_force_of_the_roller(lost):
     assert lost["s2_t2_tooth force"][-1, 5] == pytest.approx(other.free[2], rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_other_slats_extend_as_ever(lost):
     """In the landing setting, at rest: what test_highlift_slats.py says of all of them in operation."""
     assert_backlash(lost, range(2, 7))
@@ -134,6 +137,7 @@ def test_the_other_slats_extend_as_ever(lost):
         assert_forces_by_hand(lost, number, -1)
 
 
+@pytest.mark.slow
 def test_the_slat_stands_askew(lost):
     """By kinematics: the displacements of both racks at their pairs of rollers, from gap,
     backlash and overlap by hand.

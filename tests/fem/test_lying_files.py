@@ -14,6 +14,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 from flexmb import fem, fmi
@@ -257,7 +258,7 @@ def test_a_unit_whose_directory_lies(tmp_path):
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 150_000
 
 
-@pytest.mark.parametrize("read", [fem.read_mesh, read_triangles])
+@pytest.mark.parametrize("read", [fem.read_mesh, slow(read_triangles)])
 def test_headers_of_less_than_the_blocks_unpack_to(tmp_path, monkeypatch, read):
     """8 MB whose header speaks of 96 bytes unpack to 8 GB: 0.4 GB, and not 1.7 GB, are unpacked until it is refused."""
     press = zlib.compressobj(9, wbits=-15)

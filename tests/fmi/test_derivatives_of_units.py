@@ -6,6 +6,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from by_turns import slow
 from scipy.io import loadmat
 from scipy.linalg import expm
 
@@ -67,7 +68,7 @@ def pendulum() -> fmb.Model:
     )
 
 
-@pytest.mark.parametrize("version", [3, 2])
+@pytest.mark.parametrize("version", [3, slow(2)])
 def test_binary_refuses_and_differences_of_steps_are_the_plant(version, tmp_path):
     """d angle(h) / d torque of a step is (1 - cos w h) / (m g a), of the unit, and of the plant that it holds."""
     pytest.importorskip("fmpy")

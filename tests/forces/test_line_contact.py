@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from by_turns import slow
 from contracts.random_models import derivative, moved
 from tolerances import MACHINE, SOLVER
 
@@ -203,7 +204,7 @@ def capstan(*, elements=20, friction=0.3, speed=20.0, load=100.0):
     )
 
 
-@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("sense", [slow(1.0), -1.0])
 def test_capstan(sense):
     """T_hold / T_load = exp(mu pi): Euler-Eytelwein; friction at the slip v is mu v / sqrt(v^2 + v0^2).
 
@@ -211,7 +212,7 @@ def test_capstan(sense):
     """
     radius, slip = 0.1, 2.0
     found = fmb.simulate(
-        capstan(speed=20.0 * sense), t_end=0.1, samples=3, integrator=fmb.GeneralizedAlpha(rho_inf=0.3, rtol=1e-4)
+        capstan(speed=20.0 * sense), t_end=0.1, samples=3, integrator=fmb.GeneralizedAlpha(rho_inf=0.3, rtol=1e-3)
     )
     hold, torque = -found["hold"][-1, 2], found["contact"][-1, 4]
     friction = 0.3 * slip / np.hypot(slip, 0.01)
@@ -223,7 +224,7 @@ def test_capstan(sense):
 
 def test_energy_with_friction():
     """What the motor and the load put in is stored or goes into friction and damping; friction takes its part."""
-    found = fmb.simulate(capstan(), t_end=0.02, samples=101, integrator=fmb.GeneralizedAlpha(rho_inf=0.9, rtol=1e-7))
+    found = fmb.simulate(capstan(), t_end=0.01, samples=11, integrator=fmb.GeneralizedAlpha(rho_inf=0.9, rtol=1e-6))
     series = found.series()
     total = series.energy.sum(axis=1)
     loads, drives, lost = series.works.T

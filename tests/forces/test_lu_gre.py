@@ -6,6 +6,7 @@ mass of 1 kg. The reference integrates their equations by scipy.
 
 import numpy as np
 import pytest
+from by_turns import slow
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -97,7 +98,7 @@ def test_break_away_falls_with_the_rate_of_the_push():
     assert forces[1] < forces[0] - 0.05
 
 
-@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(rtol=1e-7), fmb.Implicit(rtol=1e-7)])
+@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(rtol=1e-7), slow(fmb.Implicit(rtol=1e-7))])
 def test_stick_slip(integrator):
     """Section IV.B: a spring of 2 N/m, its end pulled with 0.1 m/s, moves the mass in jumps. The energies balance."""
     model = sled(

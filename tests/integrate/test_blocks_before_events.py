@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 from flexmb.integrate.runs import kept_rows, phases
@@ -74,7 +75,9 @@ def require_same(one, other):
     assert told == again
 
 
-@pytest.mark.parametrize("integrator", METHODS, ids=lambda method: type(method).__name__)
+@pytest.mark.parametrize(
+    "integrator", [METHODS[0], *map(slow, METHODS[1:4]), METHODS[4]], ids=lambda method: type(method).__name__
+)
 def test_events(integrator, monkeypatch):
     """Coordinates, reactions, added errors and numbers of steps are the same to the last bit."""
     short, long = (run(swing(), integrator, monkeypatch, given) for given in (SHORT, LONG))
@@ -82,7 +85,9 @@ def test_events(integrator, monkeypatch):
     require_same(short, long)
 
 
-@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.IDA()], ids=lambda method: type(method).__name__)
+@pytest.mark.parametrize(
+    "integrator", [fmb.GeneralizedAlpha(), slow(fmb.IDA())], ids=lambda method: type(method).__name__
+)
 def test_relays(integrator, monkeypatch):
     """A block that goes past the change of a relay is taken back to it, too; a pause between two looks at it is no
     reason to say that it came back.

@@ -5,6 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 from flexmb.errors import FlexmbError, IntegrationError, ModelError
@@ -297,7 +298,7 @@ def test_ida_counts_its_steps_and_prints_nothing(capfd):
 
 
 @pytest.mark.parametrize(
-    "integrator", [fmb.Explicit(method="DOP853", formulation=fmb.NullSpace()), fmb.Explicit(method="Radau")]
+    "integrator", [fmb.Explicit(method="DOP853", formulation=fmb.NullSpace()), slow(fmb.Explicit(method="Radau"))]
 )
 def test_forces_that_overflow_are_told_once(integrator):
     """By the error, without what the arithmetic behind it says."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from by_turns import every_second
 from scipy import signal as reference
 
 import flexmb as fmb
@@ -61,8 +62,7 @@ def test_a_relay_switches_where_its_limits_are_passed(integrator):
     assert set(np.round(solution["push"], 12)) == {-3.0, 3.0}
 
 
-@pytest.mark.parametrize("unit", [1e-9, 1e9])
-@pytest.mark.parametrize("integrator", EVERY, ids=repr)
+@pytest.mark.parametrize(("integrator", "unit"), every_second(EVERY, [1e-9, 1e9]))
 def test_the_unit_of_what_a_relay_reads_says_nothing(integrator, unit):
     """Places in nanometres or gigametres: it switches at the same times, in closed form.
 

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 from flexmb.integrate import Family
@@ -133,7 +134,7 @@ def test_a_stepped_run_of_one_call_warns(integrator):
         run.advance(to=1.0)
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("integrator", [*INTEGRATORS[:2], slow(INTEGRATORS[2]), *INTEGRATORS[3:]])
 def test_a_growth_that_is_held_from_outside_runs(integrator, recwarn):
     """x'' = 9 x, and a hand that holds it by 40 x + 12 x', set every 50 ms for 40 s: e^120 by itself."""
     effort = fmb.formula("k*x", over={"x": X}, k=9.0 * MASS) + fmb.input("hand")

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 from flexmb.integrate.runs.reaction_errors import shares_of_reactions
@@ -154,7 +155,7 @@ def lost(solution):
     return 100.0 if "all of the reaction" in words[0] else float(words[0].split("about ")[1].split(" %")[0])
 
 
-@pytest.mark.parametrize(("steps", "much"), [(2000, True), (6300, False)])
+@pytest.mark.parametrize(("steps", "much"), [(2000, True), slow(6300, False)])
 def test_moreau_jean_says_what_vibrations_lose_of_their_phase(steps, much):
     """Fifty periods by 40 steps each: a phase of w h - 2 atan(w h / 2) is lost in a step, half of it in the mean."""
     case, seconds = (1e-2, 100.0), 3.14159
@@ -186,8 +187,8 @@ def test_reactions_that_drives_make_lose_no_phase():
     "force",
     [
         None,
-        fmb.PointLoad("load", marker="rod.center", force=(0.0, 0.0, 1.0)),
-        fmb.TorsionSpring("damper", joint="hinge", stiffness=0.0, damping=1e-3),
+        slow(fmb.PointLoad("load", marker="rod.center", force=(0.0, 0.0, 1.0))),
+        slow(fmb.TorsionSpring("damper", joint="hinge", stiffness=0.0, damping=1e-3)),
     ],
     ids=["free", "load", "damper"],
 )

@@ -3,6 +3,7 @@ same. Two bodies that fall together, in several directions."""
 
 import numpy as np
 import pytest
+from by_turns import every_second
 
 import flexmb as fmb
 
@@ -40,8 +41,7 @@ def pair(angle: float, *, friction: bool) -> fmb.Model:
     )
 
 
-@pytest.mark.parametrize("friction", [True, False])
-@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
+@pytest.mark.parametrize(("integrator", "friction"), every_second(INTEGRATORS, [True, False]))
 def test_two_bodies_fall_together(integrator, friction):
     for angle in RUNS:
         run = fmb.simulate(pair(angle, friction=friction), 0.1, samples=3, integrator=integrator)

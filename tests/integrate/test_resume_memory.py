@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import slow
 from faults.bench import SCENES
 
 import flexmb as fmb
@@ -80,7 +81,7 @@ def test_what_is_remembered_goes_on(name):
         np.testing.assert_allclose(rest["x"], whole["x"], rtol=0, atol=CLOSE.get(name, 1e-9))
 
 
-@pytest.mark.parametrize("samples", [45, 160, 310])
+@pytest.mark.parametrize("samples", [45, slow(160), 310])
 def test_compliant_contact_with_a_relay(samples):
     """A box and a ball hit the floor while a relay and a sampled controller act: 2.6e-4 m before, by other steps."""
     make, settings, _ = SCENES["press"]

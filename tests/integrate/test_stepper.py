@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import slow
 from scipy.integrate import solve_ivp
 
 import flexmb as fmb
@@ -136,7 +137,7 @@ def test_a_step_that_is_taken_back_leaves_nothing(name):
         assert len(run.solution.t) == 11  # the start and ten steps: what was taken back is not kept
 
 
-@pytest.mark.parametrize("method", ["DOP853", "RK45", "Radau"])
+@pytest.mark.parametrize("method", ["DOP853", slow("RK45"), slow("Radau")])
 def test_turns_are_counted_again_after_a_step_is_taken_back(method):
     """SciPy's solvers hold functions; a copy that shared them would count turns from where the discarded run went."""
     spring = fmb.TorsionSpring("wound", joint="hinge", stiffness=0.5)

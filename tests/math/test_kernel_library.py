@@ -114,6 +114,7 @@ def test_another_content_has_another_symbol(use, tmp_path):
     assert len(list((tmp_path / "cache").rglob("outer-*"))) == 2
 
 
+@pytest.mark.slow
 def test_code_that_calls_what_is_not_there_is_compiled_again(use, tmp_path):
     """A file whose called kernel has another symbol (written by a process that could not name it) is not trusted."""
     use()

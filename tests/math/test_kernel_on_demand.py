@@ -270,6 +270,7 @@ def test_a_pendulum_needs_none():
     assert _compiled("") == set()
 
 
+@pytest.mark.slow
 def test_a_model_gets_what_it_needs():
     pushed = 'forces = [fmb.PointLoad("push", marker="arm.center", force=(0, 0, fmb.expression("sin(t)")))]'
     assert _compiled(pushed) == {"run_program"}

@@ -157,6 +157,7 @@ def test_the_state_between_samples_fulfils_the_constraints(pendulum):
     assert seen.constraint_error[0, 0] < 1e-9
 
 
+@pytest.mark.slow
 def test_killed_simulation_leaves_a_readable_file(beam, tmp_path):
     """The process dies in mid-run; all but the last 256 samples at most are there."""
     beam.save(tmp_path / "beam.h5")

@@ -9,7 +9,7 @@ from flexmb.io.scene import Scene
 LAYER = fmb.ElasticFoundation(modulus=1e8, thickness=0.01, damping=0.1, friction=0.3)
 
 
-def ball_on_floor(depth, law=LAYER, spacing=5e-4, **more):
+def ball_on_floor(depth, law=LAYER, spacing=1e-3, **more):
     return fmb.Model(
         bodies=[
             fmb.Ground(markers={"o": (0, 0, 0)}),

@@ -6,6 +6,7 @@ orthogonal complements, pseudo-inverses.
 
 import numpy as np
 import pytest
+from by_turns import every_second
 from contracts.random_models import FORCES, PAIRS, connected
 from tree.models import branched, chain, flexible_chain, loops, random_consistent
 from verification.mechanisms import four_bars
@@ -49,16 +50,15 @@ def test_on_trees_and_loops(name, rng):
         assert_agreement(MODELS[name](), rng)
 
 
-@pytest.mark.parametrize(
-    "pair", [pair for pair in PAIRS if not any(name in pair for name in ("cable", "beam", "plate"))]
-)
-@pytest.mark.parametrize("kind", KINDS)
+WITH_FRAMES = [pair for pair in PAIRS if not any(name in pair for name in ("cable", "beam", "plate"))]
+
+
+@pytest.mark.parametrize(("kind", "pair"), every_second(KINDS, WITH_FRAMES))
 def test_on_every_joint(kind, pair, rng):
     assert_agreement(connected(kind, pair, rng), rng)
 
 
-@pytest.mark.parametrize("pair", ["ground-rigid", "rigid-floating", "rigid-point"])
-@pytest.mark.parametrize("kind", FORCES)
+@pytest.mark.parametrize(("kind", "pair"), every_second(FORCES, ["ground-rigid", "rigid-floating", "rigid-point"]))
 def test_on_every_force(kind, pair, rng):
     assert_agreement(connected(kind, pair, rng), rng)
 

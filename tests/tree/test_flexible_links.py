@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from by_turns import every_second
 from contracts.random_models import FORCES, PAIRS, beam, connected, put_together
 from tree.models import branched, flexible_chain, loops, random_consistent
 from tree.test_agreement import AGREED, KINDS
@@ -45,14 +46,12 @@ def assert_same_rates(model, rng, **options):
     return unknowns
 
 
-@pytest.mark.parametrize("pair", FLEXIBLE)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "pair"), every_second(KINDS, FLEXIBLE))
 def test_on_every_joint(kind, pair, rng):
     assert_same_rates(connected(kind, pair, rng), rng)
 
 
-@pytest.mark.parametrize("pair", FLEXIBLE)
-@pytest.mark.parametrize("kind", FORCES)
+@pytest.mark.parametrize(("kind", "pair"), every_second(FORCES, FLEXIBLE))
 def test_on_every_force(kind, pair, rng):
     model = connected(kind, pair, rng)
     system, state = assemble(model)

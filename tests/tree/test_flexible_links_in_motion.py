@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import slow
 from tree.models import flexible_chain, loops
 from tree.test_flexible_links import assert_same_rates
 
@@ -83,7 +84,7 @@ MOTIONS = {
 }
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("name", [slow("contacts"), slow("drives"), "a drive and a contact in a loop"])
 def test_motion_as_in_absolute_coordinates(name):
     """Both by steps of order 8 with the same tolerances, and by implicit steps in joint coordinates."""
     make, t_end = MOTIONS[name]
@@ -100,6 +101,7 @@ def test_motion_as_in_absolute_coordinates(name):
         assert reference.phases[0].works[-1][2] > 0.01  # J, what contacts have taken
 
 
+@pytest.mark.slow
 def test_a_beam_that_comes_loose():
     """The event is at the same time, and the motion after it the same."""
     runs = [

@@ -49,7 +49,7 @@ MOTIONS = {
     "driven arm": (driven_arm, 0.5),
     "balls": (lambda: chain(3, fmb.Spherical), 0.5),
     "floating flexible chain": (floating_chain, 0.01),
-    "branches, a drive and a point": (branched, 0.01),
+    "branches, a drive and a point": (branched, 0.005),
     "four-bars": (lambda: four_bars(2), 0.5),
     "flexible loops": (loops, 0.01),
     "Bricard": (lambda: bricard(json.loads((VALIDATION / "RB04.json").read_text())), 1.0),

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import slow
 from tree.models import branched, chain, loops
 
 import flexmb as fmb
@@ -24,7 +25,7 @@ def watched(model):
 
 @pytest.mark.parametrize(
     ("make", "t_end"),
-    [(branched, 0.01), (lambda: chain(3, fmb.Spherical), 0.4), (loops, 0.005)],
+    [slow(branched, 0.01), (lambda: chain(3, fmb.Spherical), 0.4), (loops, 0.005)],
     ids=["branched", "balls", "flexible loops"],
 )
 def test_every_sensor(make, t_end):

@@ -41,6 +41,7 @@ def test_with_geometric_stiffness(reference, frame, residual):
         assert u[np.searchsorted(t, float(time) - 1e-9), 1] == pytest.approx(across, abs=4e-3)
 
 
+@pytest.mark.slow
 def test_four_parts_meet_the_reference(reference):
     """The errors of one body fall with the square of the number of parts: 0.24, 0.10, 0.027 and 0.007 % of the lag for
     1, 2, 4 and 8."""

@@ -6,6 +6,7 @@ NASA SP-160 (1969), square cantilever plate, nu = 0.3.
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 
@@ -44,9 +45,7 @@ def test_thin_hinged_square():
     assert np.log2((exact[0] - coarse[0]) / (exact[0] - fine[0])) == pytest.approx(2.0, abs=0.3)
 
 
-@pytest.mark.parametrize(
-    "h", [0.001, pytest.param(0.01, marks=pytest.mark.slow), pytest.param(0.1, marks=pytest.mark.slow), 0.2]
-)
+@pytest.mark.parametrize("h", [slow(0.001), slow(0.01), slow(0.1), 0.2])
 def test_shear_deformable_hinged_square(h):
     """8 by 8 elements, thin to thick: 2 % of Mindlin for the first mode, order two from 4 by 4 on."""
     exact = mindlin(h, 1, 1)
@@ -65,7 +64,7 @@ def test_thin_plates_keep_their_digits(h, digits):
 
 @pytest.mark.parametrize(
     ("n", "shear", "tolerance"),
-    [pytest.param(7, False, 0.01, id="thin", marks=pytest.mark.slow), pytest.param(8, True, 0.035, id="shear")],
+    [slow(7, False, 0.01, id="thin"), slow(8, True, 0.035, id="shear")],
 )
 def test_cantilever_square(n, shear, tolerance):
     """7 by 7 thin or 8 by 8 shear-deformable elements, five modes of Leissa: bending, twist, second bending, and two

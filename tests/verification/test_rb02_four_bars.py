@@ -7,6 +7,7 @@ N = 40: h = 1e-3: 5e-5 m, energy 0.02 J.
 
 import numpy as np
 import pytest
+from by_turns import slow
 from verification.mechanisms import four_bar_places, four_bars
 
 import flexmb as fmb
@@ -43,7 +44,7 @@ def test_mobility(n):
     assert all(name.startswith("r") for name in report.redundant)
 
 
-@pytest.mark.parametrize(("n", "step"), [(10, 1e-4), (40, 5e-4)])
+@pytest.mark.parametrize(("n", "step"), [slow(10, 1e-4), (40, 5e-4)])
 def test_small_steps_pass_the_aligned_position(n, step):
     """At 0.72 s all bars lie on one line, where rounding shows in the accelerations;
     closed equation of the one freedom.

@@ -5,6 +5,7 @@ Reached over 10 s: generalized-alpha, h = 1e-3: 3.4e-6 m, energy 8e-7 J; adaptiv
 
 import numpy as np
 import pytest
+from by_turns import slow
 from verification.mechanisms import bricard
 
 import flexmb as fmb
@@ -22,7 +23,7 @@ def test_mobility(reference):
     [
         (fmb.GeneralizedAlpha(step=1e-3), 1e-5, 1e-5),
         (fmb.GeneralizedAlpha(rtol=1e-8), 1e-4, 1e-4),
-        (fmb.IDA(rtol=1e-9, atol=1e-9), 1e-6, 1e-4),
+        slow(fmb.IDA(rtol=1e-9, atol=1e-9), 1e-6, 1e-4),
     ],
     ids=["alpha", "alpha adaptive", "IDA"],
 )
@@ -35,7 +36,7 @@ def test_motion(reference, integrator, position, energy):
     assert np.ptp(solution["energy"]) < energy
 
 
-@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(step=2e-3), fmb.GeneralizedAlpha(rtol=1e-6)])
+@pytest.mark.parametrize("integrator", [slow(fmb.GeneralizedAlpha(step=2e-3)), fmb.GeneralizedAlpha(rtol=1e-6)])
 def test_long_run(reference, integrator):
     """One multiplier is left to chance: what the iteration leaves in it must not grow from step to step."""
     solution = fmb.simulate(bricard(reference("RB04")), 90.0, samples=91, integrator=integrator)

@@ -6,6 +6,7 @@ Reference: minimal-coordinate equations integrated to 1e-12; slider 1e-5 m, spee
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 
@@ -85,7 +86,7 @@ def governor(case):
 
 @pytest.mark.parametrize(
     ("integrator", "tolerance"),
-    [(fmb.GeneralizedAlpha(rho_inf=0.9, step=2e-4), 5e-5), (fmb.IDA(rtol=1e-9, atol=1e-11), 1e-5)],
+    [slow(fmb.GeneralizedAlpha(rho_inf=0.9, step=2e-4), 5e-5), (fmb.IDA(rtol=1e-9, atol=1e-11), 1e-5)],
     ids=["alpha", "IDA"],
 )
 def test_slider_and_shaft(reference, integrator, tolerance):

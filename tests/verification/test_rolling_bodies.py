@@ -53,6 +53,7 @@ def test_a_cylinder_slides_and_rolls():
     assert found["v"][-1] == pytest.approx((2.0 / 3.0, 0, 0), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_disc_spins_on_its_edge():
     """Its centre rests, and the contact goes round with W^2 = 4 g / (a sin(alpha)): a steady motion without losses.
 

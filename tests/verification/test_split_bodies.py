@@ -52,6 +52,7 @@ def test_elastica(reference, alpha):
     assert np.all((orders > 1.6) & (orders < 2.5))
 
 
+@pytest.mark.slow
 def test_spin_up_at_twice_the_first_frequency():
     """Against the geometrically exact chain, spun up so fast that the tip lags by 31 % of the length: three parts are
     within 2 % of the peak, six within a quarter of that, as an error of second order has it, ANCF within 0.3 %."""

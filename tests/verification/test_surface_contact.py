@@ -6,6 +6,7 @@ References: Johnson, Contact Mechanics, sections 4.2 and 4.3; Timoshenko & Goodi
 
 import numpy as np
 import pytest
+from by_turns import slow
 from surfaces.bodies_of_triangles import ball
 
 import flexmb as fmb
@@ -68,7 +69,7 @@ def test_impact_of_a_steel_ball():
     assert solution["v"][-1, 2] == pytest.approx(1.0, rel=5e-3)
 
 
-@pytest.mark.parametrize(("first", "second"), [(0.1, 0.1), (0.1, 0.04)])
+@pytest.mark.parametrize(("first", "second"), [slow(0.1, 0.1), (0.1, 0.04)])
 def test_crossed_cylinders_in_a_layer(first, second):
     """The gap is x^2 / 2 R + y^2 / 2 R': the force pi K/h sqrt(R R') d^2, the area 2 pi sqrt(R R') d."""
     d, k = 5e-4, 1e10

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from typing import Any
+from weakref import proxy
 
 import numpy as np
 
@@ -198,9 +199,17 @@ class Run:
             # another thread has set some would take those back
             said = r"Custom sparse Jacobian approximation will be ignored"
             warnings.filterwarnings("ignore", said, UserWarning, module=r"sksundae\.ida\.")
+        own = proxy(self)  # no circle with the solver, which would keep all arrays until garbage is searched for
+
+        def residual_of(t, y, yp, res):
+            own.residual(t, y, yp, res)
+
+        def jacobian_of(t, y, yp, res, cj, JJ):
+            own.jacobian(t, y, yp, res, cj, JJ)
+
         return Solver(
-            self.residual,
-            jacfn=self.jacobian,
+            residual_of,
+            jacfn=jacobian_of,
             rtol=min(settings.rtol * self._closeness(), finest),
             atol=atol,
             algebraic_idx=[*branches, *range(free, n - 3)],

@@ -35,11 +35,11 @@ def lost_digits(system, stiffness: np.ndarray, shapes: np.ndarray, equations, va
         return ""
     size, zero = np.abs(vectors), values == 0.0
     bound = equations.rounded[:, :nz]
-    rounding = np.einsum("ik,ij,jk->k", size, bound, size)
+    rounding = np.sum(size * (bound @ size), axis=0)
     # sums that cancel leave rounding in columns that should be empty
     rounding[zero] = (np.einsum("ik,i->k", size, bound.max(axis=1)) * size.sum(axis=0))[zero]
-    inertia = np.abs(np.einsum("ik,ij,jk->k", vectors.conj(), equations.M, vectors))
-    left = np.abs(np.einsum("ik,ij,jk->k", vectors.conj(), equations.K, vectors))
+    inertia = np.abs(np.sum(vectors.conj() * (equations.M @ vectors), axis=0))
+    left = np.abs(np.sum(vectors.conj() * (equations.K @ vectors), axis=0))
     known = np.where(zero, left, np.abs(values) ** 2 * inertia)
     share = rounding / np.where(known > 0.0, known, np.inf)
     none = known <= (NONE * np.abs(values).max()) ** 2 * inertia
