@@ -37,7 +37,7 @@ class Capsule(Bar):
         """The line between its ends, which is rounded by the radius."""
         line = np.zeros((1, LINE))
         line[0, [2, 5]] = -0.5 * self.length, 0.5 * self.length
-        return Edges(line, np.zeros((0, 3)), [], self.radius)
+        return Edges(line, line[0, :6].reshape(2, 3), np.zeros((2, 3)), [], self.radius)
 
     def samples(self, spacing: float) -> Points:
         """Return points of the side and of the two half-spheres."""

@@ -9,13 +9,15 @@ import numpy as np
 from flexmb.errors import MeshError
 from flexmb.surfaces.mesh_crossings import shells_of
 
-__all__ = ["checked_mesh", "mean_normals", "twins"]
+__all__ = ["checked_mesh", "inset", "mean_normals", "twins"]
 
 MOST = 5_000_000
 FARTHEST = 1e15
 """m, largest coordinate."""
 SAME = 1e-9
 """Distance relative to the size of the mesh within which vertices are one."""
+FARTHEST_IN = 10.0
+"""Way of a vertex behind faces that meet in a needle, relative to the depth that is asked for."""
 SLIVER = 1e-10
 """Area of a triangle relative to the square of its longest side below which it has no normal."""
 
@@ -152,6 +154,23 @@ def twins(triangles: np.ndarray, count: int) -> np.ndarray:
     own, other = start * count + end, end * count + start
     order = np.argsort(own)
     return order[np.searchsorted(own[order], other)]
+
+
+def inset(vertices: np.ndarray, triangles: np.ndarray, depth: float) -> np.ndarray:
+    """Return the ways (n, 3), m, on which the vertices come behind all faces around them by `depth`, m, as well as can
+    be; none is longer than `FARTHEST_IN` of it.
+    """
+    corners = vertices[triangles]
+    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    faces /= np.linalg.norm(faces, axis=1, keepdims=True)
+    squares, sums = np.zeros((len(vertices), 3, 3)), np.zeros((len(vertices), 3))
+    for k in range(3):
+        np.add.at(squares, triangles[:, k], faces[:, :, None] * faces[:, None, :])
+        np.add.at(sums, triangles[:, k], faces)
+    # least squares of n.x = 1 over these faces; in a plane or along an edge the shortest way
+    way = np.einsum("nij,nj->ni", np.linalg.pinv(squares, rcond=1e-8, hermitian=True), sums)
+    way *= np.minimum(1.0, FARTHEST_IN / np.maximum(np.linalg.norm(way, axis=1), 1.0))[:, None]
+    return -depth * way
 
 
 def mean_normals(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -58,7 +58,7 @@ class Cuboid(Shape):
     @property
     def edges(self) -> Edges:
         """Its twelve edges and six faces."""
-        return edges_of_solid(*self.drawing(), True)
+        return edges_of_solid(*self.drawing(), self.thickness, True)
 
     def samples(self, spacing: float) -> Points:
         """Return the centres of equal rectangles on each face."""

@@ -1,9 +1,9 @@
-"""Where edges of two surfaces cross: the points at which bodies meet that have no corner there.
+"""Where edges of two surfaces cross, and their corners: points at which solids meet that have no plane between them.
 
 Two edges that cross part the bodies by a plane along both. Its normal, at right angles to both, must lead out of each
 body: into none of the two faces at its edge. Between the points of the edges that are nearest to each other stands the
 gap, which is below zero where the edges have passed each other. Ends of edges are corners, which are looked at by
-their distance.
+their distance from the other solid.
 
 Source: Ericson, Real-Time Collision Detection, sections 5.1.9 (two segments) and 6.3 (descent of two trees); the
 condition on the normal is that the arcs of both edges on the Gauss map cross (Gregorius 2013, The separating axis test
@@ -17,11 +17,19 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.distances import signed_distance
-from flexmb.surfaces.edges import EDGES, EDGES_AT, LINE, NODES_AT, ROUND
+from flexmb.surfaces.edges import CORNERS, CORNERS_AT, EDGES, EDGES_AT, LINE, NODES_AT, ROUND, WAYS_AT
 from flexmb.surfaces.records import THICKNESS
 from flexmb.surfaces.trees import DEPTH, NODE
 
-__all__ = ["PARALLEL", "find_crossings", "have_edges", "points_of_crossing"]
+__all__ = [
+    "PARALLEL",
+    "find_corners",
+    "find_crossings",
+    "have_edges",
+    "place_edge",
+    "points_of_crossing",
+    "seen_from_b",
+]
 
 PARALLEL = 1e-4
 """Square of the sine between edges up to which they do not cross."""
@@ -31,6 +39,17 @@ ON = 1e-9
 """Distance, relative to the thinner body, of a place that counts as on a surface."""
 DEEPEST = 0.5
 """Depth, in thicknesses of the thinner body, beyond which two edges are on far sides and have not passed each other."""
+
+
+@kernel
+def seen_from_b(d, Q):
+    """Return the place and the axes of a in the axes of b."""
+    back, turned = np.empty(3), np.empty((3, 3))
+    for i in range(3):
+        back[i] = -(Q[0, i] * d[0] + Q[1, i] * d[1] + Q[2, i] * d[2])
+        for j in range(3):
+            turned[i, j] = Q[j, i]
+    return back, turned
 
 
 @kernel
@@ -124,13 +143,59 @@ def _pass_each_other(data, at_a, at_b, d, Q, contact):
     return signed_distance(data, at_b, z, np.inf, n, H) <= near
 
 
-@inner_kernel
-def _place_edge(edges, at, d, Q, out):
+@kernel
+def place_edge(edges, at, d, Q, out):
     """Write an edge of b in the axes of a to `out` (12,)."""
     for k in range(0, LINE, 3):
         for i in range(3):
             x = Q[i, 0] * edges[at + k] + Q[i, 1] * edges[at + k + 1] + Q[i, 2] * edges[at + k + 2]
             out[k + i] = x + d[i] if k < 6 else x
+
+
+@inner_kernel
+def _corner_of_b(edges, other, m, data, at_a, d, Q, margin, contact):
+    """Write the contact of a corner of b with a; return if its gap is below the margin.
+
+    Its distance is that of a place a little behind, along the normal there: on the rim of a face it rests on that face.
+    """
+    corner, way = other + int(edges[other + CORNERS_AT]) + 3 * m, other + int(edges[other + WAYS_AT]) + 3 * m
+    z, back, n, H = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
+    matvec(Q, edges[corner : corner + 3], z)
+    matvec(Q, edges[way : way + 3], back)
+    for i in range(3):
+        z[i] += d[i] + back[i]
+    gap = signed_distance(data, at_a, z, np.inf, n, H) - dot(n, back) - edges[other + ROUND]
+    if not gap < margin:
+        return False
+    contact.gap, contact.area = gap, 1.0
+    for i in range(3):
+        contact.n[i] = n[i]
+        contact.x[i] = z[i] - back[i] - edges[other + ROUND] * n[i]
+    return True
+
+
+@kernel
+def find_corners(edges, own, other, data, at_a, at_b, margin, d, Q, contacts):
+    """Write contacts of the corners of both surfaces with a gap below the margin, m; return how many. Those for which
+    there is no room are counted, not written. Arguments as those of `find_crossings`.
+    """
+    found, last = 0, len(contacts) - 1
+    for m in range(int(edges[other + CORNERS])):
+        if _corner_of_b(edges, other, m, data, at_a, d, Q, margin, contacts[min(found, last)]):
+            found += 1
+    back, turned = seen_from_b(d, Q)
+    at, n = np.empty(3), np.empty(3)
+    for m in range(int(edges[own + CORNERS])):
+        contact = contacts[min(found, last)]
+        if not _corner_of_b(edges, own, m, data, at_b, back, turned, margin, contact):
+            continue
+        found += 1
+        matvec(Q, contact.n, n)
+        matvec(Q, contact.x, at)
+        for i in range(3):  # from the other side: the place on b is beyond the gap
+            contact.x[i] = d[i] + at[i] - contact.gap * n[i]
+            contact.n[i] = -n[i]
+    return found
 
 
 @inner_kernel
@@ -193,7 +258,7 @@ def find_crossings(edges, own, other, data, at_a, at_b, margin, nearest, d, Q, c
                     top += 1
             continue
         for m in range(code_b // 16, code_b // 16 + code_b % 16):
-            _place_edge(edges, lines_b + LINE * m, d, Q, at)
+            place_edge(edges, lines_b + LINE * m, d, Q, at)
             for k in range(code_a // 16, code_a // 16 + code_a % 16):
                 line = lines_a + LINE * k
                 to = first if nearest else min(found, len(contacts) - 1)

@@ -5,9 +5,10 @@ kept, and the directions from it into both faces: a direction n is normal to the
 normals of the faces, if it is at right angles to the edge and leads into neither face.
 
 Packed, a surface begins with a `HEAD` of numbers: how many edges, where they and the nodes of their tree are, how many
-corners and where, how many faces, where they and their outlines are, and by how much edges are rounded (m). Places
-count from there. An edge has `LINE` numbers (ends; directions into the faces, zeros for the line in a capsule), a face
-`FACE` (outward normal, distance from the marker, first corner and number of corners of its outline), a corner 3.
+corners, where they and their ways into the solid are, how many faces, where they and their outlines are, and by how
+much all is rounded (m). Places count from there. An edge has `LINE` numbers (ends; directions into the faces, zeros
+for the line in a capsule), a face `FACE` (outward normal, distance from the marker, first corner and number of corners
+of its outline), a corner 3.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from flexmb.surfaces.closed_mesh import twins
+from flexmb.surfaces.closed_mesh import inset, twins
 from flexmb.surfaces.trees import built
 
 __all__ = [
@@ -35,13 +36,16 @@ __all__ = [
     "NO_EDGES",
     "OUTLINES_AT",
     "ROUND",
+    "WAYS_AT",
     "Edges",
     "edges_of_solid",
     "packed_edges",
 ]
 
-EDGES, EDGES_AT, NODES_AT, CORNERS, CORNERS_AT, FACES, FACES_AT, OUTLINES_AT, ROUND = range(9)
-HEAD, LINE, FACE = 9, 12, 6
+EDGES, EDGES_AT, NODES_AT, CORNERS, CORNERS_AT, WAYS_AT, FACES, FACES_AT, OUTLINES_AT, ROUND = range(10)
+HEAD, LINE, FACE = 10, 12, 6
+INSET = 1e-6
+"""Way of a corner into the solid, relative to its thickness, to a place that tells which of two faces it rests on."""
 FLAT = 1e-5
 """Sine between neighbours up to which they are one face: more than what numbers of single precision leave."""
 MOST = 1000
@@ -55,17 +59,21 @@ class Edges(NamedTuple):
     """(n, 12) m, ends of each, and directions from it into both faces"""
     corners: np.ndarray
     """(k, 3) m"""
+    ways: np.ndarray
+    """(k, 3) m, from each a little into the solid, behind all faces there"""
     outlines: list[np.ndarray]
     """(m, 3) each, m: corners of the flat faces of a convex solid, round the outward normal; else none"""
     radius: float = 0.0
     """m, by which edges are rounded"""
 
 
-NO_EDGES = Edges(np.zeros((0, LINE)), np.zeros((0, 3)), [])
+NO_EDGES = Edges(np.zeros((0, LINE)), np.zeros((0, 3)), np.zeros((0, 3)), [])
 
 
-def edges_of_solid(vertices: np.ndarray, triangles: np.ndarray, convex: bool) -> Edges:
-    """Return the edges of a closed mesh (triangles (m, 3) of vertices (n, 3), m), and if it is `convex` its faces."""
+def edges_of_solid(vertices: np.ndarray, triangles: np.ndarray, thickness: float, convex: bool) -> Edges:
+    """Return the edges of a closed mesh (triangles (m, 3) of vertices (n, 3), m) of a `thickness` (m), and if it is
+    `convex` its faces.
+    """
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -83,7 +91,8 @@ def edges_of_solid(vertices: np.ndarray, triangles: np.ndarray, convex: bool) ->
     lines = np.column_stack([vertices[start[own]], vertices[end[own]], *into])
     flat = (np.abs(sine) <= FLAT) & (cosine > 0.0)
     outlines = _outlines(vertices, start, end, face, twin, flat) if convex and len(lines) <= MOST else []
-    return Edges(lines, vertices, outlines)
+    ways = inset(vertices, triangles, INSET * thickness)
+    return Edges(lines, vertices, ways, outlines)
 
 
 def _outlines(vertices, start, end, face, twin, flat) -> list[np.ndarray]:
@@ -124,10 +133,11 @@ def packed_edges(edges: Edges) -> np.ndarray:
     outlines = np.concatenate([np.zeros((0, 3)), *edges.outlines])
     nodes_at = HEAD + lines.size
     corners_at = nodes_at + nodes.size
-    faces_at = corners_at + edges.corners.size
+    ways_at = corners_at + edges.corners.size
+    faces_at = ways_at + edges.ways.size
     head = np.zeros(HEAD)
     head[[EDGES, EDGES_AT, NODES_AT, ROUND]] = len(lines), HEAD, nodes_at, edges.radius
     head[[CORNERS, CORNERS_AT, FACES, FACES_AT]] = len(edges.corners), corners_at, len(faces), faces_at
-    head[OUTLINES_AT] = faces_at + faces.size
-    blocks = (head, lines[order], nodes, edges.corners, faces, outlines)
+    head[[WAYS_AT, OUTLINES_AT]] = ways_at, faces_at + faces.size
+    blocks = (head, lines[order], nodes, edges.corners, edges.ways, faces, outlines)
     return np.concatenate([block.ravel() for block in blocks])

@@ -13,13 +13,15 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot
-from flexmb.surfaces.edge_pairs import PARALLEL, points_of_crossing
+from flexmb.surfaces.edge_pairs import PARALLEL, points_of_crossing, seen_from_b
 from flexmb.surfaces.edges import CORNERS, CORNERS_AT, EDGES, EDGES_AT, FACE, FACES, FACES_AT, LINE, OUTLINES_AT
 
 __all__ = ["find_between_hulls", "have_faces", "plane_between_hulls"]
 
 MOST_PAIRS = 40_000
 """Pairs of edges that are looked at; solids with more of them are round rather than flat."""
+ON = 1e-9
+"""Distance from an edge, relative to its length, of a corner that counts as on it."""
 OF_A, OF_B, OF_EDGES = 0, 1, 2
 """Whose face gives the normal, or that edges do."""
 
@@ -40,17 +42,6 @@ def _placed(edges, first, count, d, Q):
         for i in range(3):
             out[m, i] = d[i] + Q[i, 0] * edges[at] + Q[i, 1] * edges[at + 1] + Q[i, 2] * edges[at + 2]
     return out
-
-
-@inner_kernel
-def _seen_from_b(d, Q):
-    """Return the place and the axes of a in the axes of b."""
-    back, turned = np.empty(3), np.empty((3, 3))
-    for i in range(3):
-        back[i] = -(Q[0, i] * d[0] + Q[1, i] * d[1] + Q[2, i] * d[2])
-        for j in range(3):
-            turned[i, j] = Q[j, i]
-    return back, turned
 
 
 @inner_kernel
@@ -159,7 +150,7 @@ def plane_between_hulls(edges, at_a, at_b, slack, enough, d, Q, n):
     n[:] = edges[face : face + 3]
     if gap >= enough:
         return gap, kind, i, j
-    back, turned = _seen_from_b(d, Q)
+    back, turned = seen_from_b(d, Q)
     better, number = _best_face(edges, at_b, _corners(edges, at_a, back, turned), gap, slack)
     if number >= 0:
         gap, kind, i = better, OF_B, number
@@ -203,14 +194,14 @@ def _cut(polygon, count, u, w, n, out):
     for i in range(3):
         edge[i] = w[i] - u[i]
     cross(edge, n, side)
-    border = dot(side, u)
+    border, on = dot(side, u), ON * dot(edge, edge)
     for m in range(count):
         p, q = polygon[m], polygon[(m + 1) % count]
         above, next_above = dot(side, p) - border, dot(side, q) - border
-        if above <= 0.0:
+        if above <= on:
             out[made] = p
             made += 1
-        if (above < 0.0 and next_above > 0.0) or (above > 0.0 and next_above < 0.0):
+        if (above < -on and next_above > on) or (above > on and next_above < -on):
             part = above / (above - next_above)
             for i in range(3):
                 out[made, i] = p[i] + part * (q[i] - p[i])
@@ -269,7 +260,7 @@ def find_between_hulls(edges, at_a, at_b, slack, margin, d, Q, contacts):
             contacts[m].gap = dot(n, points[m]) - edges[face + 3]
             contacts[m].x[:] = points[m]
     else:
-        back, turned = _seen_from_b(d, Q)
+        back, turned = seen_from_b(d, Q)
         face = at_b + int(edges[at_b + FACES_AT]) + FACE * i
         points = _points_over(edges, at_b, i, at_a, slack, margin, back, turned)
         found = len(points)

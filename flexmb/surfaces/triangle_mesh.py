@@ -70,7 +70,7 @@ class Meshed(Shape):
     @cached_property
     def edges(self) -> Edges:  # type: ignore[override]
         """The edges that stand out; of a convex solid the faces, triangles in one plane joined."""
-        return edges_of_solid(*self._mesh, self.convex)
+        return edges_of_solid(*self._mesh, self.thickness, self.convex)
 
     def samples(self, spacing: float) -> Points:
         """Return the centres of the triangles, which are divided where they are longer than the spacing."""

@@ -5,8 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import flexmb as fmb
-from flexmb.surfaces.detection import find_points
-from flexmb.surfaces.edge_pairs import find_crossings
+from flexmb.surfaces.edge_pairs import find_corners, find_crossings
 from flexmb.surfaces.edges import edges_of_solid, packed_edges
 from flexmb.surfaces.hull_pairs import find_between_hulls, have_faces, plane_between_hulls
 from flexmb.surfaces.records import CONTACT
@@ -94,7 +93,7 @@ def test_corners_and_edges_beside_another_library(rng, count):
         surfaces = [fmb.Surface(name, marker="b.m", shape=s) for name, s in (("a", first), ("b", second))]
         data, at = np.concatenate([s.packed for s in surfaces]), len(surfaces[0].packed)
         edges, other = np.concatenate([packed_edges(s.shape.edges) for s in surfaces]), len(packed_edges(first.edges))
-        least = contacts[: find_points(data, 0, at, np.inf, d, Q, contacts)]["gap"].min()
+        least = contacts[: find_corners(edges, 0, other, data, 0, at, np.inf, d, Q, contacts)]["gap"].min()
         if find_crossings(edges, 0, other, data, 0, at, np.inf, True, d, Q, contacts, 0) and contacts[0]["gap"] < least:
             by_edges += 1
             least = contacts[0]["gap"]
@@ -112,7 +111,7 @@ def test_faces_and_edges_of_solids():
     vertices = np.vstack([np.column_stack([outline, np.full(6, z)]) for z in (0.0, 1.0)])
     cap = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)])
     sides = [t for k in range(6) for m in [(k + 1) % 6] for t in ((k, m, m + 6), (k, m + 6, k + 6))]
-    bracket = edges_of_solid(vertices, np.vstack([cap[:, ::-1], cap + 6, sides]), False)
+    bracket = edges_of_solid(vertices, np.vstack([cap[:, ::-1], cap + 6, sides]), 1.0, False)
     assert len(bracket.lines) == 17
     assert not len(bracket.outlines)
     inner = np.all(np.isclose(bracket.lines[:, [0, 1, 3, 4]], 1.0), axis=1)

@@ -98,6 +98,40 @@ def test_cubes_askew_stand_on_each_other(kind, angle):
     assert np.abs(found["p b"] - (0, 0, 0.3)).max() < 1e-9
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("pile", ["column", "overhang", "bond"])
+def test_flush_solids_stand(kind, pile):
+    """Corners lie on two faces of the solid below: they rest on the upper one, each of them once."""
+    size, high, over = (0.2, 0.1, 0.05), 0.05, {"column": 0.0, "overhang": 0.099, "bond": 0.1}[pile]
+    bodies = [body("a", size, (0, 0, 0.5 * high), mass=1e3), body("b", size, (over, 0, 1.5 * high))]
+    if pile == "bond":
+        bodies.insert(1, body("c", size, (0.2, 0, 0.5 * high)))
+    found = run(scene(bodies, [solid(kind, size)] * len(bodies), fmb.Rigid(friction=0.5), floor=True), 0.1, 2e-3)
+    assert np.abs(found["p b"] - found["p b"][0]).max() < 1e-8
+    assert found.statistics["most contacts"] <= {"column": 8, "overhang": 8, "bond": 24}[pile]
+
+
+@pytest.mark.parametrize("kind", ["cuboid", "hull", "dented"])
+@pytest.mark.parametrize("share", [0.97, 1.03])
+def test_two_cards_lean_on_each_other(kind, share):
+    """A card has its weight and N = m g at its foot, and the push of the other one at the top, mu m g at most: with the
+    distances of foot and middle from the top they stand if mu h > x_foot - x_middle.
+    """
+    size, lean = (2e-3, 0.06, 0.1), 0.3
+    bodies, needed = [], 0.0
+    for name, side in (("left", -1.0), ("right", 1.0)):
+        turn = Rotation.from_rotvec((0, -side * lean, 0)).as_matrix()
+        rims = np.array([(x * 1e-3, 0, z * 0.05) for x in (-1, 1) for z in (-1, 1)]) @ turn.T
+        top, foot = rims[np.argmin(side * rims[:, 0])], rims[np.argmin(rims[:, 2])]
+        needed = (abs(foot[0] - top[0]) - abs(top[0])) / (top[2] - foot[2])
+        bodies.append(body(name, size, (-top[0], 0, -foot[2]), turn, mass=2e-3))
+    law = fmb.Rigid(friction=share * needed)
+    found = run(scene(bodies, [solid(kind, size)] * 2, law, floor=True), 0.1, 2e-3)
+    far = np.abs(found["p left"] - found["p left"][0]).max()
+    assert 0.1 < needed < 0.2
+    assert far < 1e-8 if share > 1.0 else far > 1e-4
+
+
 def tetrahedra(offset, speed, turn, swapped):
     """Return two regular tetrahedra of 1 and 2 kg without weight, an edge of each across that of the other one, by
     `offset` (2,) m off the middles; the upper one comes down.
