@@ -75,3 +75,30 @@ def test_a_rod_on_a_free_cart_is_no_doubt():
         poles = fmb.linearize(model).eigenvalues
     w = np.sqrt(m * g * length / 2 * (M + m) / ((M + m) * m * length**2 / 3 - (m * length / 2) ** 2))
     assert np.sort(poles.real) == pytest.approx([-w, 0.0, w], rel=1e-8)
+
+
+def test_a_slide_in_any_direction_is_one_zero(rng):
+    """Shape and stiffness both have rounding where they should have zeros, and its sign is arbitrary."""
+    for _ in range(40):
+        axis, across = rng.normal(size=(2, 3))
+        guide = fmb.Pose.axes(z=axis, x=across)
+        turned = fmb.Pose(rotation=rng.normal(size=3))
+        own = fmb.Pose(at=rng.normal(size=3), rotation=turned.matrix.T @ guide.matrix)
+        body = fmb.RigidBody(
+            "body",
+            mass=2.0,
+            inertia=(0.02, 0.03, 0.04),
+            at=-turned.matrix @ own.at,
+            rotation=turned.matrix,
+            markers={"guide": own},
+        )
+        model = fmb.Model(
+            bodies=[fmb.Ground(markers={"guide": guide}), body],
+            joints=[fmb.Prismatic("slide", markers=("ground.guide", "body.guide"))],
+            forces=[fmb.PointLoad("push", marker="body.center", force=rng.normal(size=3))],
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", fmb.ValidityWarning)  # it accelerates
+            linear = fmb.linearize(model)
+        assert linear.eigenvalues.tolist() == [0.0]
+        assert linear.stable

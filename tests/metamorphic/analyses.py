@@ -102,6 +102,7 @@ def worst_difference(a: Results, b: Results) -> tuple[float, str]:
     scales["energy"] = max(
         scales.get("energy", 0.0), 1e-3
     )  # J, a thousandth of what these weights have over these sizes
+    scales["speed"] = max(scales.get("speed", 0.0), 1e-3)  # m/s, a thousandth of what gravity gives in that time
     scales["frequencies"] = max(scales.get("frequencies", 0.0), 1.0)  # Hz, about that of gravity over these sizes
     for name in a.keys() | b.keys():
         if name not in a or name not in b or a[name].shape != b[name].shape:

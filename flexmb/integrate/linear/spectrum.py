@@ -48,7 +48,17 @@ def first_order(of, basis, fastest: float, digits: float) -> FirstOrder:
     damped, stiff = damped + fastest * heavy, stiff + fastest * damped + fastest**2 * heavy
     stiff, damped = stiff + damped @ aF + heavy @ aF @ aF, damped + heavy @ aF
     stiff += STEADY / (NOISE * digits) * fastest**2 * heavy
+    # where both a shape and the stiffness have rounding for zeros, their product has more than its sums say
+    stiff += np.finfo(float).eps ** 2 / digits * _stiffest(of) * heavy
     return FirstOrder(M @ Q, (M @ F + C) @ Q, M @ F @ F + C @ F + K, Q, F, digits * np.hstack([stiff, damped @ aQ]))
+
+
+def _stiffest(of) -> float:
+    """Return the largest square of a frequency, 1/s^2, that an entry of the stiffness makes with its own masses."""
+    masses = np.abs(of.M.diagonal())
+    has = masses > 0.0
+    root = np.sqrt(masses[has])
+    return float((np.abs(of.K[np.ix_(has, has)]) / np.outer(root, root)).max(initial=0.0))
 
 
 def without_integrals(of: FirstOrder, states: int) -> FirstOrder:
