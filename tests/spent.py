@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import os
 import sys
 from collections import Counter
@@ -15,6 +17,8 @@ KEPT = 0.05
 """GB that the tests of a file leave behind in all processes, to be named."""
 LONG = 5.0
 """s of processor time of a test, to be named."""
+FREED = 0.05
+"""GB by which a process has grown after a file of tests, for what nobody holds any more to be given back."""
 
 
 class Spent:
@@ -27,6 +31,14 @@ class Spent:
         """Processor time by test, s."""
         self.kept: Counter[str] = Counter()
         """Memory that is there after the tests of a file, and was not before, GB; of several processes together."""
+        self.least = 0.0
+        """Memory in use when it was given back, GB."""
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_runtest_teardown(self, item, nextitem):
+        if (nextitem is None or nextitem.path != item.path) and held() > self.least + FREED:
+            give_back()
+            self.least = held()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item):
@@ -75,6 +87,15 @@ def spent() -> tuple[float, float]:
     unit = 1e9 if sys.platform == "darwin" else 1e6  # bytes there, kilobytes elsewhere
     seconds = sum(use.ru_utime + use.ru_stime for use in (own, children))
     return seconds, own.ru_maxrss / unit
+
+
+def give_back() -> None:
+    """Free what only circles hold, and give the system back what is free: the allocator of Linux would keep it."""
+    gc.collect()
+    if sys.platform == "linux":
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # other libraries have none
+        if trim is not None:
+            trim(0)
 
 
 def held() -> float:

@@ -1,9 +1,11 @@
 """What a run of the tests says of its processes at the end."""
 
+import gc
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from spent import Spent, held, spent
+from spent import Spent, give_back, held, spent
 
 
 def test_workers_tell_their_time_and_memory():
@@ -66,3 +68,17 @@ def test_memory_in_use_is_that_of_this_process():
     numbers = bytearray(100_000_000)
     assert held() == 0.0 or held() - before == pytest.approx(0.1, abs=0.02)
     assert len(numbers) == 100_000_000
+
+
+@pytest.mark.skipif(held() == 0.0, reason="the system does not tell what memory is in use")
+def test_what_only_circles_hold_is_given_back():
+    one = SimpleNamespace(array=np.ones(4_000_000))
+    one.own = one
+    gc.disable()
+    try:
+        del one
+        before = held()
+        give_back()
+    finally:
+        gc.enable()
+    assert held() < before - 0.03
