@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import every_second
 from contracts.random_models import FORCES, PAIRS, connected, derivative, moved, random_state, single
 
 from flexmb import bodies
@@ -43,8 +44,7 @@ def test_power_of_inertia_gravity_and_elasticity(kind, rng):
     assert power == pytest.approx(change + work.energy[0].dissipation, rel=DIFFERENCE, abs=DIFFERENCE)
 
 
-@pytest.mark.parametrize("kind", FORCES)
-@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize(("pair", "kind"), every_second(PAIRS, FORCES))
 def test_power_of_a_force(kind, pair, rng):
     """Wrenches times twists = work of loads - dissipation - rate of the potential."""
     model = connected(kind, pair, rng)

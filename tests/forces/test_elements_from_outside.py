@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from by_turns import slow
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -164,7 +165,9 @@ def stairs(end: float) -> float:
         x, v, t, step = x + v * until + 0.5 * a * until**2, v + a * until, t + until, step + go
 
 
-@pytest.mark.parametrize("integrator", [fmb.GeneralizedAlpha(), fmb.Implicit(), fmb.Explicit(), fmb.IDA()], ids=repr)
+@pytest.mark.parametrize(
+    "integrator", [fmb.GeneralizedAlpha(), *map(slow, (fmb.Implicit(), fmb.Explicit(), fmb.IDA()))], ids=repr
+)
 def test_force_that_knows_the_place_in_whole_steps(integrator):
     """Between the places at which the quantiser goes on the motion is a parabola."""
     pull = fmb.Actuator("pull", joint="rail", effort=-50.0 * fmb.Quantiser(fmb.measured("x"), step=0.05))

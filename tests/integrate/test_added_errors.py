@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import slow
 from integrate.test_redundant_rings import ring
 from metamorphic.test_stops_and_friction import turning
 from scipy.linalg import expm
@@ -154,7 +155,7 @@ def test_errors_of_implicit_stay_known_where_a_run_begins_anew():
         assert again == pytest.approx(whole, rel=0.25)
 
 
-@pytest.mark.parametrize("period", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("period", [slow(0.05), 0.1, 0.2])
 def test_errors_between_samples_of_a_controller_are_known(period):
     """One, two and four steps from sample to sample; between them x'' = 100 (1 - x) - 0.02 v of the sample, by expm."""
     swing, gain = oscillator(), 0.02

@@ -5,6 +5,7 @@ The references are closed forms of a mass of 1 kg on a slide: velocity and place
 
 import numpy as np
 import pytest
+from by_turns import every_second
 
 import flexmb as fmb
 from flexmb.integrate.runs.breaks import just_before, refined, with_breaks
@@ -112,8 +113,7 @@ def test_a_load_of_many_steps():
         np.testing.assert_allclose(solution["x"], [0.0, 15.0 * 1.0, 30.0], atol=1e-4)
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
-@pytest.mark.parametrize("samples", [2, 401])
+@pytest.mark.parametrize(("samples", "integrator"), every_second([2, 401], INTEGRATORS), ids=repr)
 def test_pulses_of_two_milliseconds_in_ten_seconds(integrator, samples):
     """The momentum is the impulse: 1000 N for 2 ms, and 1000 N exp(-x^2), x = (t - 5 s) / 1 ms.
 

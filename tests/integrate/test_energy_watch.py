@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+from by_turns import every_second
 
 import flexmb as fmb
 
@@ -36,8 +37,7 @@ def test_two_samples_of_a_pendulum_are_no_reason_to_warn(name):
         assert "notes" not in solution.statistics
 
 
-@pytest.mark.parametrize("samples", [2, 31])
-@pytest.mark.parametrize("name", INTEGRATORS)
+@pytest.mark.parametrize(("name", "samples"), every_second(INTEGRATORS, [2, 31]))
 def test_the_work_of_a_drive_is_that_of_the_closed_form(name, samples):
     """angle = 3 sin(2 t): the work is the change of m L^2 w^2 / 6 + m g L / 2 sin(angle); gravity's is no work here."""
     drive = fmb.Drive("m", joint="A", angle=fmb.expression("3*sin(2*t)"))

@@ -117,6 +117,7 @@ def test_a_beam_on_three_rollers(kind):
     np.testing.assert_allclose(found, (first, WEIGHT * L - first - last, last), rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_a_beam_that_is_drawn_over_rollers():
     """In 0.35 s by 1.2 m, from rest to rest: both kinds of beams tell the same motion of the tip and the same forces.
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import every_second
 from contracts.random_models import moved, random_state
 from contracts.test_tangents import H, assert_tangent
 
@@ -120,9 +121,7 @@ def smooth(system, state, h):
     return True
 
 
-@pytest.mark.parametrize("first", ["Plane", *SHAPES])
-@pytest.mark.parametrize("second", SHAPES)
-@pytest.mark.parametrize("sampled", ["a", "b"])
+@pytest.mark.parametrize(("sampled", "second", "first"), every_second(["a", "b"], SHAPES, ["Plane", *SHAPES]))
 def test_tangent(first, second, sampled, rng):
     """Derivatives of the residual by sixth-order differences, with friction, where no sample begins or ceases to touch
     within the differences."""

@@ -4,6 +4,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
+from by_turns import every_second
 
 import flexmb as fmb
 
@@ -187,8 +188,7 @@ def test_plastic_impacts_join_all_balls(rule):
     assert after(row(masses, SPEEDS[0], (0.0,) * 4, rule), 0.004) == pytest.approx([together] * 5, abs=1e-7)
 
 
-@pytest.mark.parametrize("e", [1.0, 0.8])
-@pytest.mark.parametrize("masses", MASSES)
+@pytest.mark.parametrize(("masses", "e"), every_second(MASSES, [1.0, 0.8]))
 def test_a_cradle_apart_is_struck_by_another_mass(masses, e):
     """Balls 1 mm apart strike one pair after another: the closed form of two bodies, impact for impact."""
     gap = 1e-3
