@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.implicit.beside import Beside
-from flexmb.integrate.implicit.local_errors import SEEN, take_off_errors
+from flexmb.integrate.implicit.local_errors import SEEN, keep_rates, take_off_errors
 from flexmb.integrate.implicit.stages import GAMMA, STAGES, Stages
 from flexmb.integrate.implicit.straighten import straightened
 from flexmb.integrate.runs.gap import EVERY, measure
@@ -172,6 +172,21 @@ def _grows_wildly(b, h, spread, wide):
     return now + h * h * fast > GROWTH**2 * (max(before, spread) + h * h * max(fast_before, wide))
 
 
+@inner_kernel
+def _grows(b, t):
+    """Keep how much the distance has grown by itself, if it is the largest until now."""
+    if not (b.run[0].far_t == t or b.run[0].wide_t == t):
+        return
+    far, fast, own = 0.0, 0.0, b.own[0]
+    for i in range(len(b.dx) - len(b.dv) + own.moving):
+        far += b.dx[i] ** 2
+    for i in range(own.moving):
+        fast += b.dv[i] ** 2
+    if own.given_v > 0.0:
+        drifts = own.given_x + own.elapsed * own.given_v
+        b.own[0].grown = min(far**0.5 / drifts, fast**0.5 / own.given_v)
+
+
 @entry_kernel(
     numba_type(Chart),
     PROGRAM,
@@ -217,15 +232,19 @@ def follow(chart, program, work, r, b, x, v, t, h, weights, third, touched):
         b.own[0].stiff += 1
         b.dx[:], b.dv[:] = b.x0, b.v0
         _hold(b)
+        keep_rates(r, b, h)
         return
     if b.own[0].steps > SEEN and _grows_wildly(b, h, spread, wide):
         measure(program, r.state.q, b.state.q, r.extent, b.run, b.start, t + h)
         if b.run[0].far > SLIGHT * b.run[0].moved or b.run[0].wide > SLIGHT * b.run[0].turned:
             b.own[0].wild, b.run[0].followed = 1, 0
             return
+    b.own[0].elapsed += h
     if b.own[0].steps % EVERY == 0:
         measure(program, r.state.q, b.state.q, r.extent, b.run, b.start, t + h)
+        _grows(b, t + h)
         for i in range(len(b.lam)):
             b.lam[i] = r.L[end, i] + b.dlam[i]
         add_difference(r.L[end], b.lam, b.reactions)
     take_off_errors(r, b, h, weights, third)
+    keep_rates(r, b, h)

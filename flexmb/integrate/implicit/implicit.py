@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.extent import extents, reaches
 from flexmb.integrate.implicit.added_errors import follow
-from flexmb.integrate.implicit.beside import carry, known, new_beside
+from flexmb.integrate.implicit.beside import carry, known, new_beside, uncertainty
 from flexmb.integrate.implicit.stages import COUNTED, THIRD, WEIGHTS, new_stages, run_step
 from flexmb.integrate.implicit.through import SHORT, UNSURE, Going, GoingOn, run_through
 from flexmb.integrate.motion import Motion
@@ -126,6 +126,7 @@ class _Run:
             return False
         r = self.stages
         r.L[0], r.A[0], r.W[0] = state.lam, self.unknowns.of(state)[2], powers(self.work.energy)
+        self.beside.own["before"] = 0.0
         return True
 
     def _state(self):
@@ -292,7 +293,7 @@ class Implicit(metaclass=Described):
     def added_error(self, system, variables: _Run) -> AddedError | None:
         """Return what the errors of the steps have added up to so far; None if they are not followed."""
         follows = self.follow_errors and known(variables.beside)
-        return added_error(system, variables.beside.run[0]) if follows else None
+        return added_error(system, variables.beside.run[0], uncertainty(variables.beside)) if follows else None
 
     @staticmethod
     def reaction_errors(system, variables: _Run) -> dict[str, float]:

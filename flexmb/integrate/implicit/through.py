@@ -171,7 +171,9 @@ def _part(chart, program, work, r, sw, g, h):
 
 @inner_kernel
 def _closed(chart, program, work, g):
-    """Put the state that has just been reached back onto its loops, where they have come open, and count turns."""
+    """Put the state that has just been reached back onto its loops, where they have come open, and count turns; return
+    if they had.
+    """
     t = g.run[0].t
     _place(chart, program, work, g, t, g.x, g.v)
     g.state.a[:], g.state.lam[:] = 0.0, 0.0
@@ -191,7 +193,7 @@ def _closed(chart, program, work, g):
         chart.branches[k] = work.branches[k]
     chart.clock[0] = t
     if not off:
-        return
+        return False
     for k in range(len(chart.branches)):
         state.q[program.branches + k] = work.branches[k]
     evaluate(program, state, work)
@@ -207,6 +209,7 @@ def _closed(chart, program, work, g):
         if along < 0.0:
             for k in range(4):
                 g.x[i + k] = -g.x[i + k]
+    return True
 
 
 @inner_kernel
@@ -225,8 +228,8 @@ def _accepted(chart, program, work, r, b, sw, g, h):
             g.works[i] += w * r.W[s, i]
     g.run[0].turned = max(g.run[0].turned, abs(g.works[1]))
     g.x[:], g.v[:] = r.y, r.v
-    if g.run[0].closes == 1:
-        _closed(chart, program, work, g)
+    if g.run[0].closes == 1 and _closed(chart, program, work, g):
+        b.own[0].before = 0.0  # a step from another place tells nothing of the next one
     r.A[0], r.W[0], r.L[0] = r.A[STAGES - 1], r.W[STAGES - 1], r.lam
     coordinate_rates(chart.rows, g.x, g.v, r.K[0])
     r.V[0] = g.v

@@ -11,6 +11,8 @@ from flexmb.errors import ModelError
 from flexmb.integrate.alpha.world_translation import frames_in_world_axes
 from flexmb.integrate.motion import run_samples
 from flexmb.integrate.nonsmooth.step import Stepper
+from flexmb.integrate.runs.added_error import AddedError
+from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.model.described import Described, is_number
 
@@ -44,6 +46,7 @@ class MoreauJean(metaclass=Described):
     step: float
     tolerance: float = 1e-8
     sweeps: int = 5000
+    follow_errors: bool = True
     impulsive: ClassVar[bool] = True
     """Does it follow laws with impulses?"""
     divides: ClassVar[bool] = True
@@ -73,7 +76,8 @@ class MoreauJean(metaclass=Described):
         return run_samples(variables, system, samples, first, last, patience)
 
     def jumped(self, system, work, variables: Stepper) -> bool:
-        """Go on after a jump of the loads, which needs nothing here; return if it can."""
+        """Go on after a jump of the loads; return if it can."""
+        variables.doubled.catch_up()
         return True
 
     @staticmethod
@@ -81,6 +85,17 @@ class MoreauJean(metaclass=Described):
         """Take over what is told of a phase, where the method begins anew within it."""
         variables.made_by_impacts += before.made_by_impacts
         variables.lateness.goes_on_from(before.lateness)
+
+    @staticmethod
+    def taken_over(system, before: Stepper, variables: Stepper) -> Stepper:
+        """Return the variables of a new start with what the errors of the steps before have added up to."""
+        variables.doubled.goes_on_from(before.doubled, before, variables)
+        return variables
+
+    def added_error(self, system, variables: Stepper) -> AddedError | None:
+        """Return what the errors of the steps have added up to so far; None if they are not followed."""
+        follows = self.follow_errors and not variables.doubled.failed
+        return added_error(system, variables.doubled.gap[0]) if follows else None
 
     @staticmethod
     def notes_of_reactions(system, variables: Stepper) -> list[str]:

@@ -10,6 +10,7 @@ from flexmb.integrate.alpha.world_translation import to_body_axes, to_world_axes
 from flexmb.integrate.nonsmooth.apart import TOUCHING, require_apart
 from flexmb.integrate.nonsmooth.closing import Closing, in_body_axes, place
 from flexmb.integrate.nonsmooth.course import LEAST, Course
+from flexmb.integrate.nonsmooth.doubled import Doubled
 from flexmb.integrate.nonsmooth.lateness import Lateness
 from flexmb.integrate.nonsmooth.points import Touching
 from flexmb.integrate.nonsmooth.problem import POINT, new_problem, write_problem
@@ -95,6 +96,7 @@ class Stepper:
             require_apart(system, self.touching, self.work, settings.step, HALF * self.small)
         self.lateness = Lateness(system, not _rigid(system) or _has_springs(system.model.forces))
         self._first_forces()
+        self.doubled = Doubled(self, settings.follow_errors)
 
     def present(self):
         """Return the present state, velocities in body axes."""
@@ -273,7 +275,9 @@ class Stepper:
             if not self._tried(h):
                 return self.complaint
             if self.t > before:
-                self.lateness.add(self.lam, bool(self.P.any()) or self._pressed(), self.h)
+                touched = bool(self.P.any()) or self._pressed()
+                self.lateness.add(self.lam, touched, self.h)
+                self.doubled.add(self, self.t - before, touched)
             if pace.used_up:
                 return ""
         if t > self.t or abs(t - self.t) <= same:

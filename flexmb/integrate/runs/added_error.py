@@ -56,6 +56,8 @@ class AddedError:
         It grew so much that it was not followed any further.
     blind : bool
         Something has touched: all of this is about the time before, what errors add up to later is not known.
+    unsure : bool
+        Errors grow by themselves: it is known to an order of magnitude, and told as it may be.
     """
 
     share: float
@@ -66,6 +68,7 @@ class AddedError:
     owner: str
     lost: bool
     blind: bool
+    unsure: bool = False
 
     def sentences(self, integrator: Any) -> list[str]:
         """Return the warning, if the share is too large."""
@@ -74,8 +77,9 @@ class AddedError:
         less = smaller(integrator)
         more = "and more later" if self.lost else "the most until something touched" if self.blind else "at the most"
         until = " until then" if self.lost else ""
+        have = "grow by themselves, and may have added up to" if self.unsure else "have added up to about"
         return [
-            f"{type(integrator).__name__}: the errors of its steps have added up to about {self.error:.2g} {self.unit} "
+            f"{type(integrator).__name__}: the errors of its steps {have} {self.error:.2g} {self.unit} "
             f"of {self.owner} at t = {self.t:.4g} s, {more}; that is {100.0 * self.share:.2g} % of the largest motion"
             f"{until}; expected: less than {100.0 * SHARE:g} %. Give {less}, or compare with another integrator; a "
             "motion that lets small disturbances grow has no course that holds for long: see flexmb.verify."
@@ -140,12 +144,12 @@ def tell_of(
         statistics[ADDED_UP] = UNKNOWN
         validity.note([TO_A_POLE])
         return
+    if error is None and getattr(integrator, "follow_errors", True) and system.nu:
+        statistics[ADDED_UP] = UNKNOWN
+        validity.note([TOO_LONG] if hasattr(integrator, "added_error") else [])
+    if hasattr(integrator, "notes_of_reactions") and system.nu:
+        validity.note(integrator.notes_of_reactions(system, variables))
     if error is None:
-        if getattr(integrator, "follow_errors", True) and system.nu:
-            statistics[ADDED_UP] = UNKNOWN
-            validity.note([TOO_LONG] if hasattr(integrator, "added_error") else [])
-        if hasattr(integrator, "notes_of_reactions") and system.nu:
-            validity.note(integrator.notes_of_reactions(system, variables))
         return
     before = statistics.get(ADDED_UP, 0.0)
     statistics[ADDED_UP] = UNKNOWN if UNKNOWN in (before, error.number) else max(error.share, before)

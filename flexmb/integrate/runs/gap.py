@@ -67,19 +67,21 @@ def begin_again(run: np.ndarray) -> None:
     run["far_place"] = run["wide_place"] = -1
 
 
-def added_error(system, gap) -> AddedError:
-    """Return the larger of the errors of places and of rotations, relative to the motion."""
+def added_error(system, gap, uncertainty: float = 1.0) -> AddedError:
+    """Return the larger of the errors of places and of rotations, relative to the motion: it may be by `uncertainty`
+    larger than what was found."""
     far, wide = float(gap["far"] / gap["moved"]), float(gap["wide"] / gap["turned"])
     kind, unit, motion = ("far", "m", "moved") if far >= wide else ("wide", "rad", "turned")
     return AddedError(
-        share=max(far, wide),
-        error=float(gap[kind]),
+        share=uncertainty * max(far, wide),
+        error=uncertainty * float(gap[kind]),
         motion=float(gap[motion]),
         unit=unit,
         t=float(gap[f"{kind}_t"]),
         owner=system.owner(int(gap[f"{kind}_place"])) if gap[f"{kind}_place"] >= 0 else "its parts",
         lost=not gap["followed"] and not gap["blind"],
         blind=bool(gap["blind"]),
+        unsure=uncertainty > 1.0,
     )
 
 
