@@ -25,7 +25,7 @@ class BlockStart:
 
     def __init__(self, integrator: Any, system: Any, work: Any):
         self._integrator, self._system, self._work = integrator, system, work
-        self._same = shared(integrator, system, work)
+        self._same: dict[int, Any] | None = None
         self._variables: Any = None
         self._arrays: list[np.ndarray] = []
         self._marks, self._first = np.empty(0), -1
@@ -45,6 +45,8 @@ class BlockStart:
                 kept[...] = array
         else:
             self._arrays = [array.copy() for array in arrays]
+        if self._same is None:  # phases without events never ask
+            self._same = shared(self._integrator, self._system, self._work)
         self._variables = copied(variables, self._same)
 
     def back(self, variables: Any, n: int) -> Any:

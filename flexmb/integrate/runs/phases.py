@@ -202,7 +202,7 @@ class Phases:
             while first < len(marks):
                 marks = self.kept.gradients.planned(marks, first)
                 anew = np.append(np.searchsorted(marks, breaks), len(marks))
-                last = min(anew[np.searchsorted(anew, first, side="right")], first + block)
+                last = min(int(anew[np.searchsorted(anew, first, side="right")]), first + block)
                 last = min(last, self.kept.block_end(marks, first), self.kept.gradients.until)
                 clock = time.perf_counter()
                 if first in anew and first != begun:
