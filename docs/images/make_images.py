@@ -42,7 +42,7 @@ def bases(path: Path) -> None:
 
     from flexmb import reduction
 
-    figure, axes = plt.subplots(1, 4, figsize=(14, 3.8), sharey=True, layout="constrained")
+    figure, axes = plt.subplots(1, 4, figsize=(14, 4.1), sharey=True, layout="constrained")
     for axis, name in zip(axes, BODIES):
         fe, interfaces, band, _, _ = body(name)
         moved = snapshots(fe, interfaces, band)
@@ -66,7 +66,7 @@ def bases(path: Path) -> None:
         axis.set(title=f"{name}, up to {band:g} Hz", xlabel="shapes", ylim=(1e-8, 20.0))
         axis.grid(True, alpha=0.3)
     axes[0].set(ylabel="error / largest response")
-    axes[-1].legend(fontsize=7)
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=7, loc="outside lower center")
     figure.savefig(path, dpi=120)
 
 
@@ -439,6 +439,35 @@ def lu_gre(path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
+def wrap_rib_antenna(path: Path) -> None:
+    """The ribs of the antenna from above, wound up, on their way and stretched, and how far the first one reaches."""
+    import runpy
+
+    antenna = runpy.run_path(str(FOLDER.parents[1] / "examples" / "wrap_rib_antenna.py"))
+    motion = antenna["run"]()
+    series, hub = motion.series(), motion["hub"]
+    joints = [joint for joint in motion.model.joints if joint.name.startswith("rib")]
+    ends = [(joint.markers[1], joint.markers[1].replace("root", "tip")) for joint in joints]
+    places = [np.array([series.marker(name).r for name in pair]) - hub for pair in ends]
+    figure, (above, over) = plt.subplots(1, 2, figsize=(8.4, 3.6), layout="constrained")
+    around = np.linspace(0.0, 2.0 * np.pi, 100)
+    above.fill(*antenna["RADIUS"] * np.array([np.cos(around), np.sin(around)]), color="0.85")
+    for t, color in ((0.0, "0.55"), (0.8, "C1"), (1.6, "C0")):
+        k = int(np.argmin(np.abs(motion.t - t)))
+        for n, rod in enumerate(places):
+            above.plot(*rod[:, k, :2].T, "o-", color=color, markersize=3, label=None if n else f"{motion.t[k]:.1f} s")
+    above.set(xlabel="x from the hub, m", ylabel="y, m", aspect="equal", title="ribs from above")
+    stretched = antenna["RADIUS"] + 4 * antenna["SEGMENT"]
+    over.plot(motion.t, np.linalg.norm(motion["tip"] - hub, axis=1), label="tip of the first rib from the hub, m")
+    over.plot(motion.t, 1e2 * np.linalg.norm(hub - hub[0], axis=1), "--", label="hub from its place, cm")
+    over.axhline(stretched, color="0.5", linewidth=0.8, linestyle=":", label="stretched")
+    over.set(xlabel="time, s", title="deployment")
+    for axis in (above, over):
+        axis.grid(True, alpha=0.3)
+        axis.legend(fontsize=7)
+    figure.savefig(path, dpi=120)
+
+
 DIAGRAMS = {
     "bases": bases,
     "belt_drive": belt_drive,
@@ -451,6 +480,7 @@ DIAGRAMS = {
     "swept_sections": swept_sections,
     "towing_chain": towing_chain,
     "which_body": which_body,
+    "wrap_rib_antenna": wrap_rib_antenna,
 }
 
 

@@ -1,7 +1,7 @@
 """What the reduction of its bodies costs a run: the spectrum of interface forces times the error of the response.
 
 The error comes with the reduced data (``error_up_to``; docs, theory "reduction", eq. (transfer-bound)); the forces are
-forces of joints and force elements on the interfaces, in body axes, moments over the size of the body.
+forces of joints, drives and force elements on the interfaces, in body axes, moments over the size of the body.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.spatial.transform import Rotation
 
 from flexmb.results.solution import Solution
 
@@ -96,7 +97,7 @@ def run_errors(solution: Solution, within: float = 0.01) -> list[RunError]:
     for body in phase.model.bodies:
         data = getattr(body, "reduced", None)
         if data is not None and "transfer" in data.quality and data.n_interfaces:
-            forces, reactions = _interface_forces(series, phase.model, body, data)
+            forces, reactions = _interface_forces(series, body, data)
             fading = _fading(phase.t)[:, None]
             motion = _motion(fading * series.modal_coordinates(body.name), data)
             held = _held(reactions)
@@ -106,32 +107,17 @@ def run_errors(solution: Solution, within: float = 0.01) -> list[RunError]:
     return found
 
 
-def _interface_forces(series: Any, model: Any, body: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
+def _interface_forces(series: Any, body: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return forces and moments over the size of the body, (nt, 6 k), N, on all interfaces in body axes.
 
     Then those of them that are reactions of joints.
     """
     names = [f"{body.name}.{name}" for name in data.marker_names[: data.n_interfaces]]
-    out = np.zeros((2, len(series.t), len(names), 6))
-    parts = [(joint, series.reaction) for joint in model.joints] + [(force, series.force) for force in model.forces]
-    for part, read in parts:
-        places = tuple(getattr(part, "markers", None) or (getattr(part, "marker", None),))
-        if not any(place in names for place in places):
-            continue
-        wrench = read(part.name)
-        for k, place in enumerate(places):
-            if place not in names:
-                continue
-            on = wrench if k == len(places) - 1 else -wrench
-            if k == 0 and len(places) == 2:  # the force acts at the second marker: its lever about the first
-                arm = series.marker(places[1]).r - series.marker(place).r
-                on = np.hstack([on[:, :3], on[:, 3:] + np.cross(arm, on[:, :3])])
-            for sums in out if read == series.reaction else out[:1]:
-                sums[:, names.index(place)] += on
-    axes = series.marker(names[0]).R
-    size = data.quality["transfer"]["length"]
-    turned = np.einsum("tij,stkni->stknj", axes, out.reshape(2, -1, len(names), 2, 3))
-    turned[..., 1, :] /= size
+    out = np.array(series.wrenches(names)).reshape(2, -1, len(names), 2, 3)
+    # the axes of the body: those of its markers may be turned
+    axes = Rotation.from_quat(series.coordinates(body.name)[0][:, 3:7], scalar_first=True).as_matrix()
+    turned = np.einsum("tij,stkni->stknj", axes, out)
+    turned[..., 1, :] /= data.quality["transfer"]["length"]
     every, reactions = turned.reshape(2, len(axes), -1)
     return every, reactions
 

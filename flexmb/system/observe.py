@@ -14,7 +14,7 @@ from flexmb.math.weights import no_matrix
 from flexmb.system.program import constraint_acceleration, constraint_velocity, energies, evaluate
 from flexmb.system.system import System
 
-__all__ = ["Observation", "observe", "observe_samples", "observe_signals"]
+__all__ = ["Observation", "observe", "observe_samples", "observe_signals", "observe_wrenches"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -207,3 +207,26 @@ def observe_signals(system: System, t, q, u, a, lam) -> np.ndarray:
         evaluate(system.program, state, work)
         found[k] = state.signals[:, 0]
     return found
+
+
+def observe_wrenches(system: System, markers, t, q, u, a, lam) -> tuple[np.ndarray, np.ndarray]:
+    """Return what acts at markers (nt, n, 6), N and N m, in W at the marker, and the part of it that joints exert.
+
+    Parameters
+    ----------
+    markers : (n,)
+        Numbers of markers.
+    t, q, u, a, lam
+        As in `observe`.
+    """
+    work, places = system.workspace(), np.array(markers, np.int64)
+    every, of_joints = np.zeros((2, len(t), len(places), 6))
+    own = np.isin(work.legs["marker"], places)
+    equations, row = work.legs["equation"][own], np.argmax(work.legs["marker"][own, None] == places, axis=1)
+    no_matrix(work.weights)
+    for k in range(len(t)):
+        evaluate(system.program, system.state(t[k], q[k], u[k], a[k], lam[k]), work)
+        every[k] = work.markers["wrench"][places]
+        by_leg = work.legs["gradient"][own] * work.equations["force"][equations, None]
+        np.add.at(of_joints[k], row, by_leg)
+    return every, of_joints

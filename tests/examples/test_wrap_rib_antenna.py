@@ -20,6 +20,15 @@ def test_it_unwinds_and_keeps_its_momenta():
     assert np.all(np.diff(motion["energy"]) <= 1e-9 * motion["energy"][0])  # the springs are damped
 
 
+def test_the_default_run_shows_the_ribs_stretched():
+    """Rods on joints reach no farther than their lengths together, and do after 1.6 s."""
+    motion = ANTENNA["run"]()
+    reach = np.linalg.norm(motion["tip"] - motion["hub"], axis=1)
+    stretched = ANTENNA["RADIUS"] + 4 * ANTENNA["SEGMENT"]
+    assert 0.995 * stretched < reach.max() <= stretched
+    assert motion.t[reach.argmax()] == pytest.approx(1.6, abs=0.05)
+
+
 @pytest.mark.parametrize("other", [fmb.Explicit(), fmb.Implicit(rtol=1e-8)], ids=["all bodies", "implicit"])
 def test_the_same_motion_otherwise(other):
     motions = [ANTENNA["run"](0.3, how, ribs=2, segments=3) for how in (None, other)]

@@ -195,3 +195,24 @@ def test_export_of_a_simulation(pendulum, tmp_path):
     k = int(np.argmin(np.abs(pendulum.t - reader.time_values[1])))
     np.testing.assert_allclose(beam.points[10], pendulum["r"][k], rtol=0, atol=1e-6)
     assert np.abs(beam["displacement"]).max() > 1e-5
+
+
+def test_what_acts_at_a_marker_is_of_joints_drives_and_forces_on_joints():
+    """A rod of 3 kg and 2 m, held level by a drive that a spring on the same hinge helps: m g and m g L / 2 in all."""
+    rod = fmb.RigidBody.rod("rod", length=2.0, mass=3.0)
+    model = fmb.Model(
+        gravity=(0, -9.81, 0),
+        bodies=[fmb.Ground(), rod],
+        joints=[
+            fmb.Revolute("hinge", markers=("ground.origin", "rod.start")),
+            fmb.Drive("motor", joint="hinge", angle=0.0),
+        ],
+        forces=[fmb.TorsionSpring("spring", joint="hinge", stiffness=50.0, free_angle=0.1)],
+    )
+    series = fmb.simulate(model, 0.1, samples=3).series()
+    every, of_joints = series.wrenches(["rod.start", "ground.origin"])
+    weight, spring = 3.0 * 9.81, 50.0 * 0.1
+    held = np.array([0.0, weight, 0.0, 0.0, 0.0, weight])
+    np.testing.assert_allclose(every[-1, 0], held, atol=1e-6)
+    np.testing.assert_allclose(of_joints[-1, 0], held - np.array([0, 0, 0, 0, 0, spring]), atol=1e-6)
+    np.testing.assert_allclose(every[:, 1], -every[:, 0], atol=1e-6)

@@ -98,6 +98,26 @@ def test_forces_of_a_drive_and_of_the_joint_that_answers_it_cancel(arm):
     assert "by size" in told.remedy
 
 
+def test_forces_on_a_joint_count_and_markers_may_be_turned(arm):
+    """A spring on the hinge, which turns about the y-axis of the arm: without the turned axes 7 % are told of 47 %."""
+    along = fmb.Pose.axes(z=(0, 1, 0))
+
+    def run(data):
+        bodies = [fmb.Ground(markers={"A": along}), fmb.FloatingBody("arm", data=data, markers={"root": along})]
+        push = fmb.PointLoad("push", marker="arm.tip", force=(0.0, 0.0, fmb.harmonic(80.0, 110.0)))
+        spring = fmb.TorsionSpring("spring", joint="hinge", stiffness=3e3, damping=5.0)
+        hinge = fmb.Revolute("hinge", markers=("ground.A", "arm.root"))
+        model = fmb.Model(name="sprung", bodies=bodies, joints=[hinge], forces=[push, spring])
+        return fmb.simulate(model, 0.1, samples=401)
+
+    few, many = arm(2), arm(30)
+    solution = run(few)
+    exact = moved(run(many), many)
+    share = np.sqrt(np.mean((moved(solution, few) - exact) ** 2) / np.mean(exact**2))
+    (told,) = run_errors(solution)
+    assert share < told.share < 6.0 * share
+
+
 def test_a_run_too_short_for_a_line_above_zero_hertz_is_judged(arm):
     """Its only line of the known band is a body at rest, whose rigid motion has no bound there."""
     few = arm(4)

@@ -105,8 +105,10 @@ def test_fx01_sudden_load(reference):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [2, 10])
-def test_energy_is_kept_over_many_steps(count):
+@pytest.mark.parametrize(
+    ("count", "modes", "largest", "most"), [(2, 4, 2e-4, 1e-11), (10, 4, 2e-4, 1e-11), (30, 6, 1e-4, 1e-9)]
+)
+def test_energy_is_kept_over_many_steps(count, modes, largest, most):
     """Undamped beams swing and whip on hinges for 1e5 steps of an explicit method.
 
     Without geometric stiffness, which is of first order in the deformation and keeps energy to its square only.
@@ -114,7 +116,7 @@ def test_energy_is_kept_over_many_steps(count):
     points = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11)])
     fe = fem.frame(points=points, section=fem.Section.rectangle(0.02, 0.03), material=fmb.MATERIALS["aluminium"])
     data = reduction.reduce(fe, interfaces={"root": [0], "tip": [10]}, modes=0, stress=False)
-    beams = [fmb.FloatingBody(f"b{k}", data=data, at=(k, 0, 0), modes=4) for k in range(count)]
+    beams = [fmb.FloatingBody(f"b{k}", data=data, at=(k, 0, 0), modes=modes) for k in range(count)]
     ends = ["ground.origin"] + [f"b{k}.tip" for k in range(count)]
     joints = [fmb.Revolute(f"j{k}", markers=(ends[k], f"b{k}.root")) for k in range(count)]
     model = fmb.Model(
@@ -123,8 +125,8 @@ def test_energy_is_kept_over_many_steps(count):
         joints=joints,
         sensors=[fmb.Energy("energy"), fmb.Energy("kinetic", kind="kinetic")],
     )
-    how = fmb.Explicit(formulation=fmb.Recursive(), rtol=1e-9, largest=2e-4)
-    motion = fmb.simulate(model, 20.0, samples=201, integrator=how)
+    how = fmb.Explicit(formulation=fmb.Recursive(), rtol=1e-9, largest=largest)
+    motion = fmb.simulate(model, 1e5 * largest, samples=201, integrator=how)
     assert motion.statistics["steps"] >= 100_000
     drift = np.abs(motion["energy"] - motion["energy"][0]).max() / motion["kinetic"].max()
-    assert drift < 1e-11
+    assert drift < most
