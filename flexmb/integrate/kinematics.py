@@ -13,6 +13,7 @@ from flexmb.integrate.impulsive import refuse_impulses
 from flexmb.integrate.runs.interruption import Interruption
 from flexmb.integrate.runs.patience import Patience
 from flexmb.integrate.runs.prescribed_jumps import require_no_jumps, sentences_about
+from flexmb.integrate.runs.sample_rows import SampleRows
 from flexmb.integrate.runs.shared_readers import shared_reactions_act
 from flexmb.integrate.runs.simulate import sample_times
 from flexmb.integrate.runs.unknown_value import REMEDY, unknown_value
@@ -60,31 +61,31 @@ def _walk(program, state, work, h, here):
 
 
 @kernel
-def _follow(program, work, times, first, last, state, power, right, bounds, gaps, units, sweeps, q, u, a, lam, works):
-    """Project, for times[first:last], from the extrapolated motion onto g(q, t) = 0 with derivatives; return the rows
+def _follow(program, work, rows, first, last, state, power, right, bounds, gaps, units, sweeps):
+    """Project, for rows.t[first:last], from the extrapolated motion onto g(q, t) = 0 with derivatives; return the rows
     that are done. Rows before `first` and the `power` (3,) of the last of them are those of an earlier call."""
     here, speed, acceleration, multipliers = state.q.copy(), state.u.copy(), state.a.copy(), state.lam.copy()
     for k in range(first, last):
+        t = rows.t[k]
+        h = t - rows.t[k - 1] if k > 0 else 0.0
         if k > 0:
-            h = times[k] - times[k - 1]
-            _walk(
-                program, State(times[k - 1], q[k - 1], speed, acceleration, multipliers, state.signals), work, h, here
-            )
+            before = State(rows.t[k - 1], rows.q[k - 1], speed, acceleration, multipliers, state.signals)
+            _walk(program, before, work, h, here)
             speed += h * acceleration
-        now = State(times[k], here, speed, acceleration, multipliers, state.signals)
+        now = State(t, here, speed, acceleration, multipliers, state.signals)
         if project(program, now, work, right, here, bounds, gaps, units, 60) < 0:
             return k
         if accelerations(program, now, work, right, sweeps) >= 0:
             return k
         keep_branches(program, work, here)
-        q[k], u[k], a[k], lam[k] = here, speed, acceleration, multipliers
+        rows.q[k], rows.u[k], rows.a[k], rows.lam[k] = here, speed, acceleration, multipliers
         if k > 0:
-            works[k] = works[k - 1] + 0.5 * (times[k] - times[k - 1]) * (power + powers(work.energy))
+            rows.works[k] = rows.works[k - 1] + 0.5 * h * (power + powers(work.energy))
         power[:] = powers(work.energy)
     return last
 
 
-def _followed(system, start: State, times: np.ndarray, rows: dict[str, np.ndarray]) -> tuple[int, bool, Any]:
+def _followed(system, start: State, rows: SampleRows) -> tuple[int, bool, Any]:
     """Fill the rows, in calls so short that Ctrl-C is heard soon; return those done, whether they end by Ctrl-C, and
     the workspace."""
     work, right, power = system.workspace(), np.zeros(system.nu + system.ng), np.zeros(3)
@@ -93,18 +94,18 @@ def _followed(system, start: State, times: np.ndarray, rows: dict[str, np.ndarra
     reached, pace = 0, Patience(0.0)
     try:
         with Interruption() as interruption:
-            while reached < len(times):
-                first, last = reached, min(reached + pace.steps(), len(times))
-                reached = _follow(system.program, work, times, first, last, state, power, *settings, *rows.values())
+            while reached < len(rows.t):
+                first, last = reached, min(reached + pace.steps(), len(rows.t))
+                reached = _follow(system.program, work, rows, first, last, state, power, *settings)
                 if reached < last:
                     break
                 k = reached - 1
-                state = state._replace(q=rows["q"][k], u=rows["u"][k], a=rows["a"][k], lam=rows["lam"][k])
+                state = state._replace(q=rows.q[k], u=rows.u[k], a=rows.a[k], lam=rows.lam[k])
                 interruption.look()
     except KeyboardInterrupt:
         if not reached:
             raise
-        return reached, reached < len(times), work
+        return reached, reached < len(rows.t), work
     return reached, False, work
 
 
@@ -121,17 +122,6 @@ def _require_no_freedoms(model: Model, system) -> None:
             if flexible
             else "Add drives, or use simulate for free motions",
         )
-
-
-def _empty_rows(system, nt: int) -> dict[str, Any]:
-    """Return the arrays of `nt` samples, to be filled."""
-    return {
-        "q": np.zeros((nt, system.nq)),
-        "u": np.zeros((nt, system.nu)),
-        "a": np.zeros((nt, system.nu)),
-        "lam": np.zeros((nt, system.ng)),
-        "works": np.zeros((nt, 3)),
-    }
 
 
 def _require_start(model: Model, reached: int) -> None:
@@ -176,9 +166,10 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
     jumps = require_no_jumps(system, start, float(times[-1]))
     _require_no_freedoms(model, system)
     nt = len(times)
-    rows = _empty_rows(system, nt)
-    reached, interrupted, work = _followed(system, start, times, rows)
-    rows = {name: x[:reached] for name, x in rows.items()}
+    whole = SampleRows.of(system, nt)
+    whole.t[:] = times
+    reached, interrupted, work = _followed(system, start, whole)
+    rows: dict[str, Any] = whole.first(reached)
     _require_start(model, reached)
     found = f"the mechanism cannot follow its drives at t = {times[min(reached, nt - 1)]:.6g} s"
     unknown = None
@@ -192,7 +183,7 @@ def kinematics(model: Model, t_end: float, *, samples: Any = 201, t_start: float
         if interrupted
         else Status.failed(unknown or found, REMEDY if unknown else "Look for a dead centre at that time")
     )
-    phase = Phase(model=model, system=system, t=times[:reached], ended=status.kind, **rows)
+    phase = Phase(model=model, system=system, ended=status.kind, **rows)
     shared = shared_reactions(system)
     known = {SHARED: shared} if shared else {}
     jumping = sentences_about(jumps)

@@ -50,17 +50,17 @@ def accelerations(program, state, work, right, sweeps):
     """
     nu, ng = len(state.u), len(state.lam)
     nonlinear, curved, least = False, False, 0.0
-    looked = (
-        2 if len(program.pattern.softness) > 0 else 1
-    )  # dependent equations still change a little in the second sweep
+    # dependent equations still change a little in the second sweep
+    looked = 2 if len(program.pattern.softness) > 0 else 1
     before = np.zeros(ng)
     weigh(work.weights, 1.0)
     state.a[:] = 0.0
     state.lam[:] = 0.0
     for sweep in range(40):
-        work.weights[0].wanted = 1 if sweep == 0 or nonlinear else 0
+        fresh = sweep == 0 or nonlinear
+        work.weights[0].wanted = 1 if fresh else 0
         evaluate(program, state, work)
-        if sweep == 0 or nonlinear:
+        if fresh:
             failed = lu_factor(work.S, program.pattern)
             if failed >= 0:
                 return failed
@@ -70,19 +70,9 @@ def accelerations(program, state, work, right, sweeps):
         lu_solve(work.S, program.pattern, right)
         if len(program.pattern.softness) > 0:
             _lengthened(nu, right, before)
-        settled = sweep > 0
-        largest = 0.0
-        for i in range(nu):
-            state.a[i] += right[i]
-            largest = max(largest, abs(state.a[i]))
-        moved = 0.0
-        for i in range(nu):
-            moved = max(moved, abs(right[i]))
-        settled = settled and moved <= EXACT * largest
-        size, change = least, 0.0
-        for i in range(ng):
-            state.lam[i] += right[nu + i]
-            size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
+        largest, moved = _added(state.a, right[:nu], 0.0)
+        size, change = _added(state.lam, right[nu:], least)
+        settled = sweep > 0 and moved <= EXACT * largest
         # signals that follow accelerations, and are limited: just before a limit little is left, and that in each sweep
         curved = curved or (sweep >= looked and len(work.channels) > 1 and moved > SOLVED * largest)
         nonlinear = nonlinear or curved or (sweep == looked and change > 1e-6 * size)
@@ -243,6 +233,16 @@ def _lengthened(nu, right, before):
 
 
 @inner_kernel
+def _added(x, correction, least):
+    """Add a correction, and return the largest entries of the sum, at least `least`, and of the correction."""
+    largest, moved = least, 0.0
+    for i in range(len(x)):
+        x[i] += correction[i]
+        largest, moved = max(largest, abs(x[i])), max(moved, abs(correction[i]))
+    return largest, moved
+
+
+@inner_kernel
 def _unsolved(work, state, right):
     """Write what is left of the equations of motion and of the constraints at the latest evaluation to `right`."""
     nu = len(state.u)
@@ -273,11 +273,7 @@ def _without_stress(program, state, work, right):
         evaluate(program, state, work)
         _unsolved(work, state, right)
         lu_solve(work.S, program.pattern, right)
-        size, change = 0.0, 0.0
-        for i in range(nu):
-            state.a[i] += right[i]
-        for i in range(ng):
-            state.lam[i] += right[nu + i]
-            size, change = max(size, abs(state.lam[i])), max(change, abs(right[nu + i]))
+        _added(state.a, right[:nu], 0.0)
+        size, change = _added(state.lam, right[nu:], 0.0)
         if change <= EXACT * size:
             break

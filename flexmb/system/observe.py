@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from flexmb.math.kernel import entry_kernel, inner_kernel
 from flexmb.math.program import PROGRAM
-from flexmb.math.structures import array_type
+from flexmb.math.structures import ArrayOf, FloatRows, array_type, numba_type, structure
 from flexmb.math.tables import FLOATS, INTEGERS, WORK, State, call_row_kernel
 from flexmb.math.weights import no_matrix
 from flexmb.system.program import constraint_acceleration, constraint_velocity, energies, evaluate
@@ -49,9 +50,30 @@ class Observation:
     constraint_error: np.ndarray
 
 
+@structure
+class Observed(NamedTuple):
+    """What `observe_samples` writes of nt samples, see `Observation`."""
+
+    r: Annotated[np.ndarray, ArrayOf(float, 3)]
+    """(nt, nm, 3) m"""
+    R: Annotated[np.ndarray, ArrayOf(float, 4)]
+    """(nt, nm, 3, 3)"""
+    motion: Annotated[np.ndarray, ArrayOf(float, 3)]
+    """(nt, nm, 12) v, w, a, alpha"""
+    reaction: Annotated[np.ndarray, ArrayOf(float, 3)]
+    """(nt, nj, 6)"""
+    force: Annotated[np.ndarray, ArrayOf(float, 3)]
+    """(nt, nf, 6)"""
+    energy: FloatRows
+    """(nt, 3) J"""
+    error: FloatRows
+    """(nt, 3)"""
+
+
 @inner_kernel
-def _observe_markers(work, acceleration, k, r, R, motion):
-    """Write the marker kinematics of sample k; ``motion`` (nt, nm, 12) is v, w, a, alpha."""
+def _observe_markers(work, acceleration, k, seen):
+    """Write the marker kinematics of sample k."""
+    r, R, motion = seen.r, seen.R, seen.motion
     for m in range(len(work.markers)):
         marker = work.markers[m]
         for i in range(3):
@@ -89,44 +111,25 @@ def _observe_errors(work, u, a, left, error):
     *[array_type(INTEGERS)] * 2,
     array_type(INTEGERS, 2),
     array_type(INTEGERS),
-    *(array_type(FLOATS, axes) for axes in (3, 4, 3, 3, 3, 2, 2)),
+    numba_type(Observed),
 )
-def observe_samples(
-    program,
-    work,
-    t,
-    q,
-    u,
-    a,
-    lam,
-    signals,
-    second,
-    joint_of,
-    single,
-    measured,
-    r,
-    R,
-    motion,
-    reaction,
-    force,
-    energy,
-    error,
-):
+def observe_samples(program, work, t, q, u, a, lam, signals, second, joint_of, single, measured, seen):
     """Evaluate every sample; `single` (nf, 3) is (kind, first byte, last byte) of every force's own row."""
     left = np.empty(len(work.equations))
     for k in range(len(t)):
         state = State(t[k], q[k], u[k], a[k], lam[k], signals)
         energies(program, state, work)
-        _observe_markers(work, a[k], k, r, R, motion)
+        _observe_markers(work, a[k], k, seen)
         stored = work.energy[0]
-        energy[k, 0], energy[k, 1], energy[k, 2] = stored.kinetic, stored.strain, stored.potential
-        _observe_errors(work, u[k], a[k], left, error[k])
+        energy = seen.energy[k]
+        energy[0], energy[1], energy[2] = stored.kinetic, stored.strain, stored.potential
+        _observe_errors(work, u[k], a[k], left, seen.error[k])
         for n in range(len(work.legs)):
             leg = work.legs[n]
             joint = joint_of[leg.equation]
             if leg.marker == second[joint]:
                 for i in range(6):
-                    reaction[k, joint, i] += leg.gradient[i] * work.equations[leg.equation].force
+                    seen.reaction[k, joint, i] += leg.gradient[i] * work.equations[leg.equation].force
         for f in range(len(measured)):
             if measured[f] < 0:
                 continue
@@ -136,7 +139,7 @@ def observe_samples(
             rows = program.raw[single[f, 1] : single[f, 2]]
             call_row_kernel(program.forces[single[f, 0]], rows, program.bulk, state, work)
             for i in range(6):
-                force[k, f, i] = wrench[i]
+                seen.force[k, f, i] = wrench[i]
 
 
 def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
@@ -151,9 +154,15 @@ def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
     model = system.model
     work = system.workspace()
     nt, nm = len(t), len(work.markers)
-    r, R, motion = np.zeros((nt, nm, 3)), np.zeros((nt, nm, 3, 3)), np.zeros((nt, nm, 12))
-    reaction, force = np.zeros((nt, len(model.joints), 6)), np.zeros((nt, len(model.forces), 6))
-    energy, error = np.zeros((nt, 3)), np.zeros((nt, 3))
+    seen = Observed(
+        r=np.zeros((nt, nm, 3)),
+        R=np.zeros((nt, nm, 3, 3)),
+        motion=np.zeros((nt, nm, 12)),
+        reaction=np.zeros((nt, len(model.joints), 6)),
+        force=np.zeros((nt, len(model.forces), 6)),
+        energy=np.zeros((nt, 3)),
+        error=np.zeros((nt, 3)),
+    )
     second = np.array([system.marker_index[j.resolved_markers(model)[1]] for j in model.joints], np.int64)
     joint_of = np.zeros(system.ng, np.int64)
     for name, span in system.joint_equations.items():
@@ -167,34 +176,18 @@ def observe(system: System, t, q, u, a, lam, works=None) -> Observation:
     # a stored run may be read with a model that has other sensors, which follow other turns: see System.state
     missing = [] if np.shape(q)[1] >= system.nq else [np.tile(system.q0[np.shape(q)[1] :], (nt, 1))]
     arrays = [np.ascontiguousarray(x, float) for x in (t, np.hstack([q, *missing])[:, : system.nq], u, a, lam)]
-    observe_samples(
-        system.program,
-        work,
-        *arrays,
-        signals,
-        second,
-        joint_of,
-        system.force_rows,
-        measured,
-        r,
-        R,
-        motion,
-        reaction,
-        force,
-        energy,
-        error,
-    )
+    observe_samples(system.program, work, *arrays, signals, second, joint_of, system.force_rows, measured, seen)
     return Observation(
-        r=r,
-        R=R,
-        v=motion[..., 0:3],
-        w=motion[..., 3:6],
-        a=motion[..., 6:9],
-        alpha=motion[..., 9:12],
-        reaction=reaction,
-        force=force,
-        energy=energy,
-        constraint_error=error,
+        r=seen.r,
+        R=seen.R,
+        v=seen.motion[..., 0:3],
+        w=seen.motion[..., 3:6],
+        a=seen.motion[..., 6:9],
+        alpha=seen.motion[..., 9:12],
+        reaction=seen.reaction,
+        force=seen.force,
+        energy=seen.energy,
+        constraint_error=seen.error,
     )
 
 

@@ -50,8 +50,12 @@ def first_point(V):
 
 
 @inner_kernel
-def _add_point(P, data, rest, at, C, tau, q, u, ck, cd, x, rate, out, H, f, K):
-    """Add the quadratic strains P of a point with coefficients from `at`; return energy and power. x ... H: scratch."""
+def _add_point(P, data, rest, at, C, factors, q, u, x, rate, out, H, f, K):
+    """Add the quadratic strains P of a point with coefficients from `at`; return energy and power. x ... H: scratch.
+
+    `factors` are the damping time tau, and what stiffness and damping count in the matrix.
+    """
+    tau, ck, cd = factors
     local_vectors(data, at, q, x)
     local_vectors(data, at, u, rate)
     out[:] = 0.0
@@ -74,7 +78,7 @@ def _thin(data, start, nu, tau, q, u, ck, cd, f, K):
     for g in range(9):
         at = start + first_point(12) + MEMBRANE * g
         isotropic(data[at], nu, C, 0)
-        e, p = _add_point(STRETCH, data, at + 2, at + 5, C, tau, q, u, ck, cd, x[:2], rate[:2], out[:2], flat, f, K)
+        e, p = _add_point(STRETCH, data, at + 2, at + 5, C, (tau, ck, cd), q, u, x[:2], rate[:2], out[:2], flat, f, K)
         energy += e
         power += p
     for g in range(4):
@@ -105,28 +109,12 @@ def _shell(data, start, nu, tau, q, u, ck, cd, f, K):
         C[0, 0] = C[1, 1] = data[at]
         C[0, 1] = C[1, 0] = nu * data[at]
         isotropic(data[at + 1], nu, C, 2)
-        e, p = _add_point(DIRECTOR, data, at + 3, at + 8, C, tau, q, u, ck, cd, x, rate, out, H, f, K)
+        e, p = _add_point(DIRECTOR, data, at + 3, at + 8, C, (tau, ck, cd), q, u, x, rate, out, H, f, K)
         energy += e
         power += p
         at += SHELL
-    e, p = _add_point(
-        IN_PLANE,
-        data,
-        at + 1,
-        at + 2,
-        np.full((1, 1), data[at]),
-        tau,
-        q,
-        u,
-        ck,
-        cd,
-        x[:2],
-        rate[:2],
-        out[:2],
-        np.empty((6, 6)),
-        f,
-        K,
-    )
+    G, flat = np.full((1, 1), data[at]), np.empty((6, 6))
+    e, p = _add_point(IN_PLANE, data, at + 1, at + 2, G, (tau, ck, cd), q, u, x[:2], rate[:2], out[:2], flat, f, K)
     energy += e
     power += p
     at += 18

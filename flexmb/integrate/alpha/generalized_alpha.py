@@ -25,6 +25,7 @@ from flexmb.integrate.runs.memory import floats_of
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience, smallest_step
 from flexmb.integrate.runs.reaction_errors import shares_of_reactions
+from flexmb.integrate.runs.sample_rows import SampleRows
 from flexmb.integrate.runs.spin_axes import new_axes
 from flexmb.integrate.runs.switches import part_of_step
 from flexmb.integrate.runs.switching import PassedOver, new_switching
@@ -312,22 +313,16 @@ class GeneralizedAlpha(metaclass=Described):
     ) -> Outcome:
         """Integrate through samples[first:last] and return the rows and why it ended; after `patience` seconds those
         so far, to be called again from the next."""
-        n, nq, nu, now = last - first, system.nq, system.nu, variables.own.run["t"]
-        # written up to where the run comes
-        shapes = {"t": n, "q": (n, nq), "u": (n, nu), "a": (n, nu), "lam": (n, system.ng), "works": (n, 3)}
-        rows = {name: np.empty(shape) for name, shape in shapes.items()}
-        whole = tuple(rows.values())
+        now, whole = variables.own.run["t"], SampleRows.of(system, last - first)
         smallest = smallest_step(float(now[0]), float(samples[last - 1]))
         controls = self._controls_of(system)._replace(smallest=smallest)
         run_on, (reached, reason), pace = direct(system, run_steps), (first, PAUSED), Patience(patience)
         while reason == PAUSED:
-            rest = whole if reached == first else tuple(array[reached - first :] for array in whole)
-            trials = pace.steps()
-            reached, reason = run_on(system.program, work, variables, controls, samples, reached, last, trials, *rest)
+            rest, trials = whole.after(reached - first), pace.steps()
+            reached, reason = run_on(system.program, work, variables, controls, samples, reached, last, trials, rest)
             if pace.used_up:
                 break
-        if reached < last:
-            rows = {name: array[: reached - first] for name, array in rows.items()}
+        rows = whole.first(reached - first)
         if system.implicit:
             settle_rows(system, work, rows)
         at = float(now[0])

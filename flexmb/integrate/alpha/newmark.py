@@ -27,6 +27,7 @@ from flexmb.integrate.alpha.step_size import (
 from flexmb.integrate.alpha.variables import Controls, Motions
 from flexmb.integrate.runs.kept_switches import JUMPED, SAME, keep_switches
 from flexmb.integrate.runs.patience import PAUSED, UNCUT
+from flexmb.integrate.runs.sample_rows import SampleRows
 from flexmb.integrate.runs.spin_axes import error_of_axes, keep_axes
 from flexmb.integrate.runs.switches import part_of_step
 from flexmb.math.block_lu import lu_factor
@@ -127,9 +128,21 @@ def _accelerations_settled(v, c, scale, left):
 
 
 @inner_kernel
+def _note_end(work, v, c, h, iteration):
+    """Note what an iteration that has converged leaves: powers, its error, and how far its rate is trusted."""
+    write_powers(work.energy, v.powers)
+    v.powers[1] = 0.0  # of the drives: with the corrected multipliers
+    for i in range(len(v.lam)):
+        v.powers[1] -= v.lam1[i] * work.equations[i].rate
+    note_correction(v, c, h, iteration + 1)
+    if iteration == 0:
+        # trusted once more, but less and less until it is measured again
+        v.run[0].convergence = min(1.5 * v.run[0].convergence, 0.05)
+
+
+@inner_kernel
 def _iterate(program, work, v, c, h):
     """Solve the step by Newton's method; the matrix is kept while it converges fast. Return 0 or why it fails."""
-    ng = len(v.lam)
     scale = h * h * c.beta * (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
     weigh(work.weights, 1.0, scale * c.gamma / (c.beta * h), scale, 0.5 * h, world_axes=1 if len(v.world) > 0 else 0)
     size, rate, share = 0.0, v.run[0].convergence, 1.0
@@ -166,14 +179,7 @@ def _iterate(program, work, v, c, h):
             size * left <= c.newton and (iteration > 0 or size <= 1.0) and _accelerations_settled(v, c, scale, left)
         )
         if (rounding or settled) and share == 1.0:
-            write_powers(work.energy, v.powers)
-            v.powers[1] = 0.0  # of the drives: with the corrected multipliers
-            for i in range(ng):
-                v.powers[1] -= v.lam1[i] * work.equations[i].rate
-            note_correction(v, c, h, iteration + 1)
-            if iteration == 0:
-                # trusted once more, but less and less until it is measured again
-                v.run[0].convergence = min(1.5 * v.run[0].convergence, 0.05)
+            _note_end(work, v, c, h, iteration)
             return 0
         fresh = rate > 0.2
     return STALLED
@@ -293,6 +299,31 @@ def _take_back(v, h, failure, part, error, powers):
         v.run[0].next_step = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
 
 
+@inner_kernel
+def _solved(program, work, v, c, h, planned):
+    """Solve a step from its prediction; return if it is a short one, see `is_short`, and 0 or why it fails."""
+    short, failure = is_short(v, c, h, planned), 0
+    if not (short and h < TINY * planned and settle_short_step(program, work, v, c, h)):
+        failure = _iterate(program, work, v, c, h)
+        if short and failure == 0:
+            settle_short_step(program, work, v, c, h)
+    return short, failure
+
+
+@inner_kernel
+def _plan(v, c, h, planned, short, error, most, part):
+    """Plan the size of the next step, from that of the one that was accepted."""
+    if c.adaptive:
+        growth = min(most, 0.85 * max(error, 1e-6) ** (-1.0 / 3.0))
+        if growth < 1.0 or growth > 1.15 or growth == most:
+            v.run[0].next_step = h * growth if growth < 1.0 else max(v.run[0].next_step, h * growth)
+        v.run[0].next_step = min(v.run[0].next_step, max(part, 1.0) * h) if part < 2.0 else v.run[0].next_step
+    else:
+        v.run[0].next_step = v.run[0].longest_step
+    if h < SHORT * planned and not short:
+        v.run[0].next_step = min(v.run[0].next_step, h / SHORT)
+
+
 @entry_kernel(
     PROGRAM,
     WORK,
@@ -300,10 +331,9 @@ def _take_back(v, h, failure, part, error, powers):
     numba_type(Controls),
     array_type(FLOATS),
     *[COUNT] * 3,
-    array_type(FLOATS),
-    *[array_type(FLOATS, 2)] * 5,
+    numba_type(SampleRows),
 )
-def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, a, lam, works):
+def run_steps(program, work, motions, c, samples, first, last, trials, rows):
     """Integrate through samples[first:last], writing each to the output rows; return (next sample, reason).
 
     After so many `trials` of a step, the reason is PAUSED: called again from the next sample, it goes on.
@@ -326,11 +356,7 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
             for i in range(3):
                 powers[i] = v.powers[i]
             _predict(program, v, c, h)
-            short, failure = is_short(v, c, h, planned), 0
-            if not (short and h < TINY * planned and settle_short_step(program, work, v, c, h)):
-                failure = _iterate(program, work, v, c, h)
-                if short and failure == 0:
-                    settle_short_step(program, work, v, c, h)
+            short, failure = _solved(program, work, v, c, h, planned)
             error = 0.0
             part = 2.0
             if failure == 0:
@@ -357,18 +383,11 @@ def run_steps(program, work, motions, c, samples, first, last, trials, t, q, u, 
                 _begin_anew(v)
                 follow_anew(motions)
             v.run[0].t = now
-            if c.adaptive:
-                growth = min(most, 0.85 * max(error, 1e-6) ** (-1.0 / 3.0))
-                if growth < 1.0 or growth > 1.15 or growth == most:
-                    v.run[0].next_step = h * growth if growth < 1.0 else max(v.run[0].next_step, h * growth)
-                v.run[0].next_step = min(v.run[0].next_step, max(part, 1.0) * h) if part < 2.0 else v.run[0].next_step
-            else:
-                v.run[0].next_step = v.run[0].longest_step
-            if h < SHORT * planned and not short:
-                v.run[0].next_step = min(v.run[0].next_step, h / SHORT)
-        t[k - first] = v.run[0].t
-        copy_into(q[k - first], v.q)
-        write_sample(program, work, v, c, u[k - first], a[k - first], lam[k - first])
-        copy_into(works[k - first], v.works)
-        compare_reactions(program, work, motions, c, lam[k - first])
+            _plan(v, c, h, planned, short, error, most, part)
+        n = k - first
+        rows.t[n] = v.run[0].t
+        copy_into(rows.q[n], v.q)
+        write_sample(program, work, v, c, rows.u[n], rows.a[n], rows.lam[n])
+        copy_into(rows.works[n], v.works)
+        compare_reactions(program, work, motions, c, rows.lam[n])
     return last, 0

@@ -17,6 +17,7 @@ from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.motion import run_samples
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience
+from flexmb.integrate.runs.sample_rows import SampleRows
 from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.direct import direct
 from flexmb.math.structures import counted
@@ -227,13 +228,11 @@ class CompiledRun:
         """Integrate through samples[first:last]: in one compiled loop, as far as that goes; see `Explicit.run`."""
         if self.other is not None or self.closed or not self.trusted:
             return run_samples(self, self.system, samples, first, last, patience)
-        system, s, n = self.system, self.steps, last - first
-        widths = {"q": system.nq, "u": system.nu, "a": system.nu, "lam": system.ng, "works": 3}
-        rows = {"t": np.zeros(n), **{name: np.zeros((n, width)) for name, width in widths.items()}}
+        system, s = self.system, self.steps
+        whole = SampleRows.of(system, last - first)
         gravity, pace = float(np.linalg.norm(system.model.gravity)), Patience(patience)
         reached, reason = first, PAUSED
         while reason == PAUSED:
-            rest = [array[reached - first :] for array in rows.values()]
             most, trials, redundant = self.settings.most_steps, pace.steps(), int(bool(system.redundant))
             reached, reason, self.goal, self.begun = direct(self, run_through)(
                 system.program,
@@ -250,11 +249,11 @@ class CompiledRun:
                 redundant,
                 float(self.goal),
                 gravity,
-                *rest,
+                whole.after(reached - first),
             )
             if pace.used_up:
                 break
-        rows = {name: array[: reached - first] for name, array in rows.items()}
+        rows = whole.first(reached - first)
         sound = np.all(np.isfinite(rows["a"]), axis=1)
         if not np.all(sound):
             k = int(np.argmin(sound))

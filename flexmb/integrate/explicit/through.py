@@ -7,6 +7,7 @@ import numpy as np
 from flexmb.integrate.explicit.eighth_order import run_to
 from flexmb.integrate.explicit.steps import STAGES, STEPS
 from flexmb.integrate.runs.patience import PAUSED
+from flexmb.integrate.runs.sample_rows import SampleRows
 from flexmb.integrate.runs.switching import Switching
 from flexmb.integrate.sampled import accelerated
 from flexmb.math.jets import sample_signals
@@ -52,12 +53,9 @@ def _write_state(program, work, tree, s, q, u, signals):
     array_type(FLOATS),
     *[COUNT] * 6,
     *[NUMBER] * 2,
-    array_type(FLOATS),
-    *[array_type(FLOATS, 2)] * 5,
+    numba_type(SampleRows),
 )
-def run_through(
-    program, work, tree, s, sw, samples, first, last, most, trials, begun, redundant, goal, g, t, q, u, a, lam, works
-):
+def run_through(program, work, tree, s, sw, samples, first, last, most, trials, begun, redundant, goal, g, rows):
     """Integrate through samples[first:last], writing each to the rows; return (next sample, reason, goal, begun).
 
     Having tried so many steps, it returns PAUSED and goes on when it is called again. `most` steps are allowed between
@@ -75,10 +73,10 @@ def run_through(
         if reason != 0:
             return k, reason, goal, begun
         n = k - first
-        _write_state(program, work, tree, s, q[n], u[n], s.signals)
-        t[n] = s.run[0].t
-        works[n] = s.y[len(s.y) - 3 :]
-        state = State(t[n], q[n], u[n], a[n], lam[n], s.signals)
+        _write_state(program, work, tree, s, rows.q[n], rows.u[n], s.signals)
+        rows.t[n] = s.run[0].t
+        rows.works[n] = s.y[len(s.y) - 3 :]
+        state = State(rows.t[n], rows.q[n], rows.u[n], rows.a[n], rows.lam[n], s.signals)
         if not accelerated(program, work, state, s.right, g, redundant):
             return k, UNSURE, goal, begun
     return last, 0, goal, begun

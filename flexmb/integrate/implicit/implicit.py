@@ -19,6 +19,7 @@ from flexmb.integrate.runs.gap import added_error
 from flexmb.integrate.runs.outcome import Outcome
 from flexmb.integrate.runs.patience import PAUSED, Patience
 from flexmb.integrate.runs.reaction_errors import shares_of_reactions
+from flexmb.integrate.runs.sample_rows import SampleRows
 from flexmb.integrate.runs.spin_axes import new_axes
 from flexmb.integrate.runs.switching import PassedOver, new_switching
 from flexmb.math.direct import direct
@@ -144,12 +145,10 @@ class _Run:
 
     def through(self, samples: np.ndarray, first: int, last: int, patience: float) -> Outcome:
         """Integrate through samples[first:last] in one compiled loop; see `Implicit.run`."""
-        system, g, n, pace = self.system, self.going, last - first, Patience(patience)
-        widths = {"q": system.nq, "u": system.nu, "a": system.nu, "lam": system.ng, "works": 3}
-        rows = {"t": np.zeros(n), **{name: np.zeros((n, width)) for name, width in widths.items()}}
+        system, g, pace = self.system, self.going, Patience(patience)
+        rows = SampleRows.of(system, last - first)
         reached, failure, reason = first, "", PAUSED
         while reached < last and not failure:
-            rest = [array[reached - first :] for array in rows.values()]
             reached, reason = direct(self, run_through)(
                 self.unknowns.chart,
                 system.program,
@@ -162,19 +161,18 @@ class _Run:
                 reached,
                 last,
                 pace.steps(used=reason == PAUSED),
-                *rest,
+                rows.after(reached - first),
             )
             if reason == SHORT:
                 failure = self._reason()
             elif reason == UNSURE:
                 failure, row = self._sample()
                 for name, value in row.items():
-                    rows[name][reached - first] = value
+                    getattr(rows, name)[reached - first] = value
                 reached += 1 if row else 0
             if pace.used_up:
                 break
-        done = {name: array[: reached - first] for name, array in rows.items()}
-        return Outcome(rows=done, failure=failure, reached=float(g.run[0].t))
+        return Outcome(rows=rows.first(reached - first), failure=failure, reached=float(g.run[0].t))
 
     def _sample(self) -> tuple[str, dict[str, np.ndarray]]:
         """Return why there is no sample at the present state, or an empty text, and the sample, by the formulation."""

@@ -12,6 +12,7 @@ from flexmb.integrate.implicit.beside import Beside
 from flexmb.integrate.implicit.stages import STAGES, Stages, run_step
 from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.patience import PAUSED, ROUNDINGS, UNCUT
+from flexmb.integrate.runs.sample_rows import SampleRows
 from flexmb.integrate.runs.spin_axes import keep_axes
 from flexmb.integrate.runs.switches import allowed
 from flexmb.integrate.runs.switching import Switching, read_switches
@@ -308,10 +309,9 @@ def _to(chart, program, work, r, b, sw, g, goal, trials):
     numba_type(Going),
     array_type(FLOATS),
     *[COUNT] * 3,
-    array_type(FLOATS),
-    *[array_type(FLOATS, 2)] * 5,
+    numba_type(SampleRows),
 )
-def run_through(chart, program, work, r, b, sw, g, samples, first, last, trials, t, q, u, a, lam, works):
+def run_through(chart, program, work, r, b, sw, g, samples, first, last, trials, rows):
     """Integrate through samples[first:last], writing each to the rows; return the next sample and why it ends there.
 
     Having tried so many steps, it returns PAUSED and goes on when it is called again.
@@ -329,6 +329,6 @@ def run_through(chart, program, work, r, b, sw, g, samples, first, last, trials,
         found = accelerated(program, work, state, g.right, g.run[0].gravity, g.run[0].redundant)
         if not (found and all_finite(state.a) and all_finite(state.lam)):
             return k, UNSURE
-        t[n], works[n] = now, g.works
-        q[n], u[n], a[n], lam[n] = state.q, state.u, state.a, state.lam
+        rows.t[n], rows.works[n] = now, g.works
+        rows.q[n], rows.u[n], rows.a[n], rows.lam[n] = state.q, state.u, state.a, state.lam
     return last, 0

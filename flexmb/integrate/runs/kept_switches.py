@@ -43,6 +43,39 @@ def _within(a, b, h, apart):
     return apart <= 4.0 * speed * h and first_change(a, b, h, 0.0) <= 1.0
 
 
+@inner_kernel
+def _follow_formula(sw, n, a, b, h):
+    """Note how far a formula has come, and what it was while it passed a kink or a jump; return if it has."""
+    changed = False
+    sw.since[n] += 1.0
+    if formula_changed(a, b, h, sw.limits):
+        changed = True
+        if sw.since[n] <= AT_ONCE:
+            sw.passed[n] += 1.0
+        sw.since[n] = 0.0
+    if a[FORMULA] == UNITLESS:
+        sw.spans[n] = max(sw.spans[n], abs(a[1]), abs(b[1]))
+    else:
+        sw.spans[n] = max(abs(b[1] - a[1]), 0.5 * sw.spans[n])
+    return changed
+
+
+@inner_kernel
+def _follow_gap(sw, n, a, b, h):
+    """Note what a gap tells of its contact; return if that has begun or ended."""
+    g0, g1 = gap_at(a, b, h, 0.0)[0], gap_at(a, b, h, 1.0)[0]
+    change = abs(rate_of_gap(b) - rate_of_gap(a))
+    speed, fastest = max(abs(rate_of_gap(a)), abs(rate_of_gap(b))), max(a[8], b[8])
+    if g0 < 0.0 or g1 < 0.0:
+        if a[0] == GAP or a[0] == TURN_GAP or a[0] == DISTANCE:
+            sw.limits[0].closed = 1
+        sw.touched[n] += change
+    sw.spells[n].deepest = max(sw.spells[n].deepest, -g1)
+    if b[9] > 0.0 and (g0 < 0.0 or g1 < 0.0 or _within(a, b, h, g0 + g1)):
+        follow_spell(sw.spells[n], g0, g1, change, speed, fastest, h)
+    return b[9] > 0.0 and (g0 < 0.0) != (g1 < 0.0) and speed >= SLOWLY * fastest
+
+
 @kernel_on_demand(COUNT, numba_type(Switching), NUMBER)
 def keep_switches(sw, h):
     """Make the end of a step the start of the next; return if a contact has begun or ended, or a formula has passed a
@@ -53,37 +86,20 @@ def keep_switches(sw, h):
     for n in range(len(sw.now)):
         a, b = sw.now[n], sw.then[n]
         if a[0] >= 0.0 and b[0] >= 0.0:
+            formula = a[0] == CROSSING or a[0] == KINK or a[0] == PIECE
             # of surfaces the same column is a part of their relative place
-            if (a[0] == CROSSING or a[0] == KINK or a[0] == PIECE) and a[FORMULA] > 0.0:
-                sw.since[n] += 1.0
-                if formula_changed(a, b, h, sw.limits):
+            if formula and a[FORMULA] > 0.0:
+                if _follow_formula(sw, n, a, b, h):
                     changed, jumped = True, jumped or a[0] == CROSSING
-                    if sw.since[n] <= AT_ONCE:
-                        sw.passed[n] += 1.0
-                    sw.since[n] = 0.0
-                if a[FORMULA] == UNITLESS:
-                    sw.spans[n] = max(sw.spans[n], abs(a[1]), abs(b[1]))
-                else:
-                    sw.spans[n] = max(abs(b[1] - a[1]), 0.5 * sw.spans[n])
             elif a[0] == TURN:
                 if _turned_over(a, b):
                     sw.limits[0].turned = n + 1
             elif a[0] == SLIP:
                 sw.touched[n] += abs(b[4] - a[4]) + abs(b[5] - a[5]) + abs(b[6] - a[6])
             else:
-                if a[FORMULA] == HELD and (a[0] == CROSSING or a[0] == KINK or a[0] == PIECE):
+                if a[FORMULA] == HELD and formula:
                     sw.spans[n] = max(sw.spans[n], abs(a[1]), abs(b[1]))
-                g0, g1 = gap_at(a, b, h, 0.0)[0], gap_at(a, b, h, 1.0)[0]
-                change = abs(rate_of_gap(b) - rate_of_gap(a))
-                speed, fastest = max(abs(rate_of_gap(a)), abs(rate_of_gap(b))), max(a[8], b[8])
-                changed = changed or (b[9] > 0.0 and (g0 < 0.0) != (g1 < 0.0) and speed >= SLOWLY * fastest)
-                if g0 < 0.0 or g1 < 0.0:
-                    if a[0] == GAP or a[0] == TURN_GAP or a[0] == DISTANCE:
-                        sw.limits[0].closed = 1
-                    sw.touched[n] += change
-                sw.spells[n].deepest = max(sw.spells[n].deepest, -g1)
-                if b[9] > 0.0 and (g0 < 0.0 or g1 < 0.0 or _within(a, b, h, g0 + g1)):
-                    follow_spell(sw.spells[n], g0, g1, change, speed, fastest, h)
+                changed = _follow_gap(sw, n, a, b, h) or changed
         else:
             forget_spell(sw.spells[n])
         copy_into(sw.now[n], b)

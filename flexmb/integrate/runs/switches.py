@@ -69,6 +69,56 @@ def _swept(program, sw, h, adaptive):
     return part[0]
 
 
+@inner_kernel
+def _struck(a, b, h, limits, g0, g1, speed, short):
+    """Return by how much a step may be longer or shorter where something strikes in it, from its gaps at the ends."""
+    floor = limits[0].floor if a[0] != TURN_GAP else limits[0].share
+    before, after = rate_of_gap(a), rate_of_gap(b)
+    if not strikes(before, after, short, floor, limits[0].duration):
+        return LONGEST
+    if not (g0 < 0.0 or g1 < 0.0 or _touched(a, b, h, g0, g1, speed)):
+        return LONGEST
+    share, slow, depth = limits[0].impact, slow_speed(limits, floor, h), max(-g0, -g1)
+    fits = struck(before, after, depth, h, share, max(slow, share * b[8]))
+    share = min(share, AT_BEGIN)
+    felt = max(abs(before), abs(after)) >= SLOWLY * b[8]
+    begins = felt and g0 > 0.0 > g1 and fits >= 1.0
+    if begins and struck(before, after, depth, h, share, max(slow, share * b[8])) < 1.0:
+        fits = max(SHORTEST, min(0.9, first_change(a, b, h, 0.0)))
+    return fits
+
+
+@inner_kernel
+def _by_gap(a, b, h, limits, adaptive):
+    """Return the part of a step that a gap allows."""
+    floor = limits[0].share if a[0] == TURN_GAP else limits[0].floor
+    speed = 0.0
+    for i in range(4, 7):
+        speed = max(speed, abs(a[i]), abs(b[i]))
+    follows = adaptive and b[9] > 0.0 and np.isfinite(limits[0].impact)
+    short = 2.0 * speed * h <= floor  # the depth of a hard contact may be less than that, its change of speed not
+    if short and not follows:
+        return LONGEST
+    g0, g1 = gap_at(a, b, h, 0.0)[0], gap_at(a, b, h, 1.0)[0]
+    level = 1e-3 * floor
+    unseen = not short and g0 > level and g1 > level
+    if unseen and g0 + g1 > 4.0 * speed * h:
+        return LONGEST  # too far apart to touch
+    felt = max(abs(rate_of_gap(a)), abs(rate_of_gap(b))) >= SLOWLY * b[8]
+    if unseen or (not short and adaptive and b[9] > 0.0 and felt):
+        part = first_change(a, b, h, level)
+        near = floor / (speed * h)
+        if part < 1.0 - NEAR_END * near:
+            return part + PAST * near
+    return _struck(a, b, h, limits, g0, g1, speed, short) if follows else LONGEST
+
+
+@inner_kernel
+def _by_formula(a, b, h, span, limits):
+    """Return the part of a step that a formula or the piece of a table allows."""
+    return left_piece(a, b, h, span, limits) if a[0] == PIECE else crossed(a, b, h, span, limits)
+
+
 @kernel_on_demand(NUMBER, PROGRAM, numba_type(Switching), NUMBER, CHOICE)
 def allowed(program, sw, h, adaptive):
     """Return the part of a step that may be taken; from 1.0 on it may, and the next be so many times as long.
@@ -83,45 +133,11 @@ def allowed(program, sw, h, adaptive):
         if a[0] == SLIP:
             if adaptive and np.isfinite(sw.limits[0].slip):
                 least = min(least, _slipped(a, b, sw.limits[0].slip))
-            continue
-        if a[0] == CROSSING or a[0] == KINK:
+        elif a[0] == CROSSING or a[0] == KINK or a[0] == PIECE:
             if adaptive:
-                least = min(least, crossed(a, b, h, sw.spans[n], sw.limits))
-            continue
-        if a[0] == PIECE:
-            if adaptive:
-                least = min(least, left_piece(a, b, h, sw.spans[n], sw.limits))
-            continue
-        floor = sw.limits[0].share if a[0] == TURN_GAP else sw.limits[0].floor
-        speed = 0.0
-        for i in range(4, 7):
-            speed = max(speed, abs(a[i]), abs(b[i]))
-        follows = adaptive and b[9] > 0.0 and np.isfinite(sw.limits[0].impact)
-        short = 2.0 * speed * h <= floor  # the depth of a hard contact may be less than that, its change of speed not
-        if short and not follows:
-            continue
-        g0, g1 = gap_at(a, b, h, 0.0)[0], gap_at(a, b, h, 1.0)[0]
-        level = 1e-3 * floor
-        unseen = not short and g0 > level and g1 > level
-        if unseen and g0 + g1 > 4.0 * speed * h:
-            continue  # too far apart to touch
-        before, after = rate_of_gap(a), rate_of_gap(b)
-        felt = max(abs(before), abs(after)) >= SLOWLY * b[8]
-        if unseen or (not short and adaptive and b[9] > 0.0 and felt):
-            part = first_change(a, b, h, level)
-            near = floor / (speed * h)
-            if part < 1.0 - NEAR_END * near:
-                least = min(least, part + PAST * near)
-                continue
-        impact = follows and strikes(before, after, short, floor, sw.limits[0].duration)
-        if impact and (g0 < 0.0 or g1 < 0.0 or _touched(a, b, h, g0, g1, speed)):
-            share, slow, depth = sw.limits[0].impact, slow_speed(sw.limits, floor, h), max(-g0, -g1)
-            fits = struck(before, after, depth, h, share, max(slow, share * b[8]))
-            share = min(share, AT_BEGIN)
-            begins = felt and g0 > 0.0 > g1 and fits >= 1.0
-            if begins and struck(before, after, depth, h, share, max(slow, share * b[8])) < 1.0:
-                fits = max(SHORTEST, min(0.9, first_change(a, b, h, 0.0)))
-            least = min(least, fits)
+                least = min(least, _by_formula(a, b, h, sw.spans[n], sw.limits))
+        else:
+            least = min(least, _by_gap(a, b, h, sw.limits, adaptive))
     return least
 
 
