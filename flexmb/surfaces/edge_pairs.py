@@ -153,10 +153,11 @@ def place_edge(edges, at, d, Q, out):
 
 
 @inner_kernel
-def _corner_of_b(edges, other, m, data, at_a, d, Q, margin, contact):
+def _corner_of_b(edges, box, other, m, data, at_a, d, Q, margin, wide, contact):
     """Write the contact of a corner of b with a; return if its gap is below the margin.
 
     Its distance is that of a place a little behind, along the normal there: on the rim of a face it rests on that face.
+    `box` is the place of the box around the edges of a, `wide` (m) the way from it beyond which nothing is looked for.
     """
     corner, way = other + int(edges[other + CORNERS_AT]) + 3 * m, other + int(edges[other + WAYS_AT]) + 3 * m
     z, back, n, H = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
@@ -164,6 +165,8 @@ def _corner_of_b(edges, other, m, data, at_a, d, Q, margin, contact):
     matvec(Q, edges[way : way + 3], back)
     for i in range(3):
         z[i] += d[i] + back[i]
+        if max(edges[box + i] - z[i], z[i] - edges[box + 3 + i]) >= wide:
+            return False
     gap = signed_distance(data, at_a, z, np.inf, n, H) - dot(n, back) - edges[other + ROUND]
     if not gap < margin:
         return False
@@ -180,14 +183,16 @@ def find_corners(edges, own, other, data, at_a, at_b, margin, d, Q, contacts):
     there is no room are counted, not written. Arguments as those of `find_crossings`.
     """
     found, last = 0, len(contacts) - 1
+    wide = margin + edges[own + ROUND] + edges[other + ROUND]
+    box_a, box_b = own + int(edges[own + NODES_AT]), other + int(edges[other + NODES_AT])
     for m in range(int(edges[other + CORNERS])):
-        if _corner_of_b(edges, other, m, data, at_a, d, Q, margin, contacts[min(found, last)]):
+        if _corner_of_b(edges, box_a, other, m, data, at_a, d, Q, margin, wide, contacts[min(found, last)]):
             found += 1
     back, turned = seen_from_b(d, Q)
     at, n = np.empty(3), np.empty(3)
     for m in range(int(edges[own + CORNERS])):
         contact = contacts[min(found, last)]
-        if not _corner_of_b(edges, own, m, data, at_b, back, turned, margin, contact):
+        if not _corner_of_b(edges, box_b, own, m, data, at_b, back, turned, margin, wide, contact):
             continue
         found += 1
         matvec(Q, contact.n, n)

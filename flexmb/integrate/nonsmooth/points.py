@@ -186,31 +186,34 @@ def find_in_pairs(
 @inner_kernel
 def _least_gap(data, at_a, at_b, edges, own, other, enough, d, Q, contacts, n):
     """Return the gap of two surfaces that may meet, m, but none below zero, and write its normal; -1 if nothing of one
-    may meet the other. Edges that are farther than `enough`, m, are passed over.
+    may meet the other. Of solids with edges none above `enough`, m, is looked for.
     """
     if are_boxes(data, at_a, at_b):
         return max(plane_between_boxes(data, at_a, at_b, d, Q, n)[0], 0.0)
     if have_faces(edges, own, other):
         slack = _slack(data, at_a, at_b)
         return max(plane_between_hulls(edges, own, other, slack, np.inf, d, Q, n)[0], 0.0)
+    edged = have_edges(edges, own, other)
     if _by_centre(data, at_a, at_b):
         count = find_closest(data, at_a, at_b, np.inf, d, Q, contacts)
-    elif have_edges(edges, own, other):
-        count = find_corners(edges, own, other, data, at_a, at_b, np.inf, d, Q, contacts)
+    elif edged:
+        count = find_corners(edges, own, other, data, at_a, at_b, enough, d, Q, contacts)
     else:
         count = find_points(data, at_a, at_b, np.inf, d, Q, contacts)
-    least, crossed = np.inf, 0
+    least, crossed = enough if edged else np.inf, 0
     for c in range(count):
         if contacts[c].gap < least:
             least = contacts[c].gap
             n[:] = contacts[c].n
-    if have_edges(edges, own, other):
-        nearer = min(least, enough)
-        crossed = find_crossings(edges, own, other, data, at_a, at_b, nearer, True, d, Q, contacts, 0)
+    if edged:
+        crossed = find_crossings(edges, own, other, data, at_a, at_b, least, True, d, Q, contacts, 0)
+        count += crossed
     if crossed > 0:
         least = contacts[0].gap
         n[:] = contacts[0].n
-    return max(least, 0.0) if least < np.inf else -1.0
+    if count == 0:
+        return enough if edged else -1.0
+    return max(least, 0.0)
 
 
 @kernel
@@ -237,6 +240,8 @@ def longest_step(markers, data, edges, surface_marker, place, edges_at, thicknes
         nearing = speed + turning
         enough = span * nearing
         gap = _least_gap(data, at_a, at_b, edges, edges_at[i], edges_at[j], enough, d, Q, contacts, n)
+        if gap >= enough:
+            continue
         if gap >= 0.0 and convex[i] and convex[j]:
             for k in range(3):
                 r[k] = b.r[k] - a.r[k]
