@@ -101,7 +101,8 @@ def run_errors(solution: Solution, within: float = 0.01) -> list[RunError]:
             fading = _fading(phase.t)[:, None]
             motion = _motion(fading * series.modal_coordinates(body.name), data)
             held = _held(reactions)
-            error = _weighed(body.name, data, *_spectrum(phase.t, fading * forces), held, motion, within)
+            spectrum = _spectrum(phase.t, fading * forces)
+            error = _weighed(body.name, data, *spectrum, held, motion, within, _on_ground(phase.model, body, data))
             if error is not None:
                 found.append(error)
     return found
@@ -120,6 +121,14 @@ def _interface_forces(series: Any, body: Any, data: Any) -> tuple[np.ndarray, np
     turned[..., 1, :] /= data.quality["transfer"]["length"]
     every, reactions = turned.reshape(2, len(axes), -1)
     return every, reactions
+
+
+def _on_ground(model: Any, body: Any, data: Any) -> bool:
+    """Do all joints on the interfaces of a body hold it to the ground, which does not give way?"""
+    names = {f"{body.name}.{name}" for name in data.marker_names[: data.n_interfaces]}
+    still = {other.name for other in model.bodies if not other.n_velocities}
+    places = [set(joint.resolved_markers(model)) for joint in model.joints]
+    return all(place.partition(".")[0] in still for on in places if on & names for place in on - names)
 
 
 def _held(reactions: np.ndarray) -> np.ndarray:
@@ -174,6 +183,7 @@ def _weighed(
     held: np.ndarray,
     motion: float,
     within: float,
+    on_ground: bool,
 ):
     """Return the error of a body from the spectrum of its forces and its mean square motion; None at rest."""
     told = data.quality["transfer"]
@@ -183,7 +193,8 @@ def _weighed(
         return None
     inside = frequencies <= limit
     places = [6 * k + f for k, row in enumerate(data.quality["interfaces"]) for f in row["freedoms"]]
-    error = _squares(data, frequencies[inside], forces[inside][:, places], held[places], 0.5 * frequencies[1])
+    told_forces = frequencies[inside], forces[inside][:, places], held[places]
+    error = _squares(data, *told_forces, 0.5 * frequencies[1], on_ground)
     share = float(np.sqrt(error.sum() / motion))
     highest = float(frequencies[np.searchsorted(np.cumsum(power), MOST * total)])
     beyond = float(power[~inside].sum() / total)
@@ -199,13 +210,16 @@ def _weighed(
     )
 
 
-def _squares(data: Any, frequencies: np.ndarray, forces: np.ndarray, held: np.ndarray, slowest: float) -> np.ndarray:
+def _squares(
+    data: Any, frequencies: np.ndarray, forces: np.ndarray, held: np.ndarray, slowest: float, on_ground: bool
+) -> np.ndarray:
     """Return the squares of the error (n,), m2, by amplitudes (n, k) of the forces.
 
     Below `slowest`, Hz, the body is taken to move as there: its rigid motion has no bound at rest.
 
     With phases, so that forces whose errors cancel do. What joints hold moves no other way with more modes, so that
-    reactions change; what hangs on the joints may also give way. The larger of both is told, with a margin.
+    reactions change. Other bodies that hang on the joints may also give way, the ground does not: of the two the larger
+    is told for those, with a margin.
     """
     told = data.quality["transfer"]
     known = np.array(told["frequencies"])
@@ -230,7 +244,7 @@ def _squares(data: Any, frequencies: np.ndarray, forces: np.ndarray, held: np.nd
         change = np.linalg.lstsq((elastic + rigid)[np.ix_(held, held)], -soft[n, held], rcond=1e-12)[0]
         stiff[n] += elastic[:, held] @ change
     one, two = np.sum(np.abs(soft) ** 2, axis=1), np.sum(np.abs(stiff) ** 2, axis=1)
-    return MARGIN**2 * (one if one.sum() > two.sum() else two)
+    return MARGIN**2 * (one if one.sum() > two.sum() and not on_ground else two)
 
 
 def _elastic_and_rigid(data: Any) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:

@@ -110,12 +110,14 @@ def test_forces_on_a_joint_count_and_markers_may_be_turned(arm):
         model = fmb.Model(name="sprung", bodies=bodies, joints=[hinge], forces=[push, spring])
         return fmb.simulate(model, 0.1, samples=401)
 
-    few, many = arm(2), arm(30)
-    solution = run(few)
+    many = arm(30)
     exact = moved(run(many), many)
-    share = np.sqrt(np.mean((moved(solution, few) - exact) ** 2) / np.mean(exact**2))
-    (told,) = run_errors(solution)
-    assert share < told.share < 6.0 * share
+    for modes in (2, 6):  # with six as if the ground could give way: fifteen times
+        few = arm(modes)
+        solution = run(few)
+        share = np.sqrt(np.mean((moved(solution, few) - exact) ** 2) / np.mean(exact**2))
+        (told,) = run_errors(solution)
+        assert share < told.share < 5.0 * share
 
 
 def test_a_run_too_short_for_a_line_above_zero_hertz_is_judged(arm):
