@@ -31,7 +31,7 @@ MARGIN = 1.5
 HELD = 1e-3
 """Share of the largest reaction from which a joint is taken to hold a freedom of an interface."""
 LINES = 2000
-"""Lines of the spectrum, those of the largest forces, at which reactions change: each takes a system of equations."""
+"""Lines of the spectrum, those of the largest errors, at which reactions change: each takes a system of equations."""
 
 
 @dataclass(frozen=True)
@@ -237,7 +237,7 @@ def _squares(
         one, two = (forces[here] @ lines[k].T for k in (line - 1, line))
         soft[here] = one + shares[here, None] * (two - one)
     stiff = soft.copy()
-    largest = np.argsort(-np.sum(np.abs(forces) ** 2, axis=1), kind="stable")[: LINES if held.any() else 0]
+    largest = np.argsort(-np.sum(np.abs(soft) ** 2, axis=1), kind="stable")[: LINES if held.any() else 0]
     for n in largest:
         elastic, rigid = response(max(frequencies[n], slowest))
         elastic = elastic + (1.0 - shares[n]) * lines[after[n] - 1] + shares[n] * lines[after[n]]

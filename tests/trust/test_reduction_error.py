@@ -131,7 +131,7 @@ def test_a_run_too_short_for_a_line_above_zero_hertz_is_judged(arm):
     assert "error_up_to" in error.remedy
 
 
-def test_reactions_change_at_the_lines_of_the_largest_forces(arm, monkeypatch):
+def test_reactions_change_at_the_lines_of_the_largest_errors(arm, monkeypatch):
     solution = hinged(arm(12))
     (every,) = run_errors(solution)
     monkeypatch.setattr("flexmb.results.reduction_error.LINES", 20)
