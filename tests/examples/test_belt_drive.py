@@ -84,6 +84,7 @@ def assert_steady_belt(elements, tolerance, t_end):
     return lost / (belt["TORQUE"] * belt["SPEED"] * creep)
 
 
+@pytest.mark.slow
 def test_creep_of_a_coarse_belt():
     assert_steady_belt(60, 0.03, 0.5)
 

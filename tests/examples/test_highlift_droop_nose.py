@@ -148,6 +148,7 @@ def test_outcome_5_12():
     assert_outcome_5_12(*failure(), FAILURE)
 
 
+@pytest.mark.slow
 def test_the_other_drive_carries_the_sum():
     """Where the nose stands still after the failure: all that both carried before, less what the load loses with the
     angle of the inner half, which twists by the moment over its torsional stiffness."""

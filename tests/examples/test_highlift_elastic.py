@@ -18,6 +18,7 @@ def elastic(case):
     return run(case, ("rigid", False))
 
 
+@pytest.mark.slow
 def test_one_parameter_makes_the_model_elastic():
     """Same stations, joints and drives; no equation is dependent,
     although every flap rests on more than three supports.

@@ -30,6 +30,7 @@ def test_gust():
     np.testing.assert_allclose(two / one, 1.0 + 0.5 * np.sin(np.pi * phase) ** 2, rtol=0.01)
 
 
+@pytest.mark.slow
 def test_jam():
     """Twice the load: twice the torque, on both edges of the wing; the same as the factor by hand."""
     _, one = drives()
@@ -73,6 +74,7 @@ def test_load_shapes_carry_the_airload(side):
     assert total[4] == pytest.approx(-q * CN * XCP * np.sum(strips * c), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_geometric_stiffness_is_one_parameter():
     """It reaches all elastic bodies; the forces in them are far from those that buckle them, so it changes little."""
     angles = []

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 from flexmb.errors import FlexmbError
@@ -16,7 +17,7 @@ FOLDER = Path(__file__).parents[2] / "examples" / "highlift"
 REPORT = runpy.run_path(str(FOLDER / "report.py"))
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["rigid", "elastic"])
+@pytest.fixture(scope="module", params=[slow(False, id="rigid"), pytest.param(True, id="elastic")])
 def models(request):
     """The models of the runs by name, and whether they are elastic."""
     given = {"rigid": not request.param}

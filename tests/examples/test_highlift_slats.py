@@ -71,6 +71,7 @@ def lift(*settings):
     return (rack[-1] - rack[0])[2]
 
 
+@pytest.mark.slow
 def test_the_roller_law_tends_to_an_ideal_contact():
     """5.19: the overlap of the front pair of the free track is (F/2 / c_N)^(2/3) beyond half the backlash, eq.
     (one-sided): it falls with c_N; twice the backlash moves the zero point by half of it."""

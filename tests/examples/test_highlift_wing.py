@@ -45,6 +45,7 @@ def test_devices_stand_where_the_data_set_has_them():
     np.testing.assert_allclose(start, (DATA["slats"]["start_Y"][5] - DATA["slats"]["start_Y"][0]) * along, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_one_parameter_makes_the_wing_elastic():
     """Flaps, tracks, nose, hinge arms and slats: eighteen elastic bodies."""
     model = fmb.load_model(FOLDER / "wing.toml", {"rigid": False})

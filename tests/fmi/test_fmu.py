@@ -6,6 +6,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 from flexmb.fmi.inside import variable_name
@@ -73,7 +74,7 @@ def hosted(path, how: str) -> dict[str, np.ndarray]:
     return dict(zip(names.split(), values.T, strict=True))
 
 
-@VERSIONS
+@pytest.mark.parametrize("version", [slow(3), 2])
 def test_fmpy_runs_the_unit_as_we_run_the_model(version, tmp_path):
     pytest.importorskip("fmpy")
     pytest.importorskip({3: "pythonfmu3", 2: "pythonfmu"}[version])

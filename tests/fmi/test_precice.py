@@ -131,6 +131,7 @@ def test_explicit_coupling_is_of_first_order():
     assert coarse / fine == pytest.approx(2.0, abs=0.4)
 
 
+@pytest.mark.slow
 def test_steps_within_a_window():
     """Four exchanges in a window, each with the force at its own time: nearly as good as a short window."""
     assert error(0.02, 12, step=0.005) < error(0.02, 12)

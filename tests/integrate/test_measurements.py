@@ -81,9 +81,9 @@ def test_limits_of_the_whole_force(integrator, bound):
 
 @pytest.mark.parametrize("integrator", [*ALL, fmb.GeneralizedAlpha(step=0.01), MOREAU], ids=repr)
 def test_whole_steps_that_lead_to_and_fro(integrator):
-    solution = fmb.simulate(rail(STEEP, [ACCELERATION]), 0.5, samples=6, integrator=integrator)
-    assert solution["a"][:, 0] == pytest.approx(np.full(6, 250.5 / 2502.0), rel=1e-9)
-    assert solution["x"][-1] == pytest.approx(0.125 * 250.5 / 2502.0, rel=1e-9)
+    solution = fmb.simulate(rail(STEEP, [ACCELERATION]), 0.1, samples=3, integrator=integrator)
+    assert solution["a"][:, 0] == pytest.approx(np.full(3, 250.5 / 2502.0), rel=1e-9)
+    assert solution["x"][-1] == pytest.approx(0.005 * 250.5 / 2502.0, rel=1e-9)
 
 
 @pytest.mark.parametrize("formulation", [fmb.Augmented(), *FORMULATIONS], ids=repr)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 
@@ -16,7 +17,7 @@ def crank(*joints, sensors) -> fmb.Model:
 
 
 @pytest.mark.parametrize(
-    "integrator", [fmb.GeneralizedAlpha(), fmb.IDA(), fmb.Explicit()], ids=["alpha", "IDA", "explicit"]
+    "integrator", [fmb.GeneralizedAlpha(), slow(fmb.IDA()), fmb.Explicit()], ids=["alpha", "IDA", "explicit"]
 )
 def test_turns_of_a_driven_joint_do_not_depend_on_the_samples(integrator):
     """13 turns between two samples at changing speed: the drive has counted them."""

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from by_turns import slow
 from study import formulas
 
 import flexmb as fmb
@@ -27,7 +28,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("before", [(), ("gmsh",)])
+@pytest.mark.parametrize("before", [(), slow(("gmsh",))])
 def test_a_broken_pool_leaves_rows_with_its_error(tmp_path, before):
     """In a process of its own: Gmsh gives SIGPIPE back its default, by which a broken pipe ends the process."""
     if before:

@@ -108,12 +108,14 @@ def test_a_process_that_dies_costs_its_row(tmp_path):
     assert "2: died: the worker process was ended by SIGKILL" in str(results)
 
 
+@pytest.mark.slow
 def test_a_variant_that_takes_too_long_is_ended():
     results = fmb.sweep(formulas.slow, {"x": [99, 1]}, jobs=1, timeout=2.0)
     assert results.rows[0].error == "it took longer than 2 s"
     assert results["slow"][1] == 1.0
 
 
+@pytest.mark.slow
 def test_kernels_are_compiled_once(tmp_path, monkeypatch):
     """The second worker waits until the first has stopped compiling, and finds the kernel in the cache."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))

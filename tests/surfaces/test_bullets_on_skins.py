@@ -4,11 +4,12 @@ Reference: without friction and damping the energy of the bullet comes back from
 of the points; of plates that bend, a run of IDA with a tolerance of 1e-8, and the energy as a whole.
 """
 
+import itertools
 import warnings
 
 import numpy as np
 import pytest
-from by_turns import every_second
+from by_turns import every_second, slow
 from reduction.solids import block
 
 import flexmb as fmb
@@ -30,7 +31,17 @@ FIXED = {
 ENDS, MIDDLE_SPEED = (1.0, 1000.0), 30.0
 """m/s, of the range of speeds; what lies between is a long test."""
 WAYS = {"straight": (0.0, 0.0, -1.0), "oblique": (0.02, 0.01, -1.0)}
-MIDDLES = [pytest.param(method, MIDDLE_SPEED, way, marks=pytest.mark.slow) for method in METHODS for way in WAYS]
+DAILY = [
+    ("alpha", 1.0, "straight"),
+    ("alpha", 1000.0, "oblique"),
+    ("IDA", 1.0, "oblique"),
+    ("explicit", 1000.0, "oblique"),
+    ("implicit", 1000.0, "straight"),
+    ("Moreau-Jean", 1.0, "straight"),
+]
+"""Every method, speed and way; what lies between the speeds, and the other combinations, are long tests."""
+OTHERS = [case for case in itertools.product(METHODS, ENDS, WAYS) if case not in DAILY]
+MIDDLES = [slow(*case) for case in (*OTHERS, *itertools.product(METHODS, [MIDDLE_SPEED], WAYS))]
 MIDDLE = (0.5 * WIDE + 1.3e-4, 0.5 * WIDE + 1.7e-4, THICK)
 
 
@@ -73,7 +84,7 @@ def run(model, duration, integrator):
         return fmb.simulate(model, duration, samples=2, integrator=integrator)
 
 
-@pytest.mark.parametrize(("method", "speed", "way"), [*every_second(METHODS, ENDS, WAYS), *MIDDLES])
+@pytest.mark.parametrize(("method", "speed", "way"), [*DAILY, *MIDDLES])
 def test_points_of_a_stiff_skin(slab, method, speed, way):
     """The speed comes back within 0.5 %."""
     data, near = slab
@@ -83,8 +94,17 @@ def test_points_of_a_stiff_skin(slab, method, speed, way):
     assert np.linalg.norm(found) == pytest.approx(speed * np.linalg.norm(WAYS[way]), rel=5e-3)
 
 
-@pytest.mark.parametrize("speed", [*ENDS, pytest.param(MIDDLE_SPEED, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("method", FIXED)
+@pytest.mark.parametrize(
+    ("method", "speed"),
+    [
+        ("alpha", 1.0),
+        slow("alpha", 30.0),
+        ("alpha", 1000.0),
+        slow("implicit", 1.0),
+        slow("implicit", 30.0),
+        slow("implicit", 1000.0),
+    ],
+)
 def test_fixed_steps_on_a_stiff_skin(slab, method, speed):
     """A step of a sixtieth of the contact: within 1 %."""
     data, near = slab

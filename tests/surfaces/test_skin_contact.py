@@ -188,6 +188,7 @@ def test_against_a_rigid_surface(beam):
     np.testing.assert_allclose(found["b"], expected["b"], rtol=1e-9, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_two_cantilevers(rng):
     """A cantilever rests with its tip across the tip of a second one: each carries half of the load, 3 E I w / L^3.
 

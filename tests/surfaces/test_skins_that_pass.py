@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from by_turns import slow
 from reduction.solids import block
 
 import flexmb as fmb
@@ -17,8 +18,8 @@ CASES = (
     (10.0, fmb.GeneralizedAlpha(rho_inf=1.0)),
     (10.0, fmb.IDA()),
     (10.0, fmb.Explicit()),
-    (10.0, fmb.Implicit(rtol=1e-8)),  # with 1e-6 3 % off, and told so
-    (300.0, fmb.Explicit()),
+    slow(10.0, fmb.Implicit(rtol=1e-8)),  # with 1e-6 3 % off, and told so
+    slow(300.0, fmb.Explicit()),
     (300.0, fmb.MoreauJean(step=1e-4)),
 )
 

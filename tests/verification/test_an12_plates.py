@@ -159,6 +159,7 @@ def test_order_of_convergence(shear, elements, order):
     assert np.log2(error[0] / error[1]) == pytest.approx(order, abs=0.4)
 
 
+@pytest.mark.slow
 def test_full_circle():
     """16 thin elements: the end comes back to the beginning, 1e-3 of the length."""
     assert rolled_up(16, False, 1.0) < 1e-2

@@ -7,6 +7,7 @@ IDA at 1e-6: 4e-4 rad. DOP853 with all formulations: 1.4e-9 rad (the accuracy of
 
 import numpy as np
 import pytest
+from by_turns import slow
 from verification.mechanisms import andrews
 
 import flexmb as fmb
@@ -54,9 +55,9 @@ def test_motion_and_forces(reference, integrator, angle, force):
     [
         fmb.Augmented(),
         fmb.NullSpace(),
-        fmb.UdwadiaPhohomsiri(),
+        slow(fmb.UdwadiaPhohomsiri()),
         fmb.Recursive(),
-        fmb.Baumgarte(fmb.NullSpace(), alpha=100.0, beta=100.0),
+        slow(fmb.Baumgarte(fmb.NullSpace(), alpha=100.0, beta=100.0)),
     ],
     ids=repr,
 )
@@ -67,6 +68,7 @@ def test_formulations_agree(reference, formulation):
     assert forces < 1e-3
 
 
+@pytest.mark.slow
 def test_radau(reference):
     angles, forces = run(reference("RB03"), fmb.Explicit(method="Radau", rtol=1e-7, atol=1e-8), samples=61)
     assert angles < 1e-5

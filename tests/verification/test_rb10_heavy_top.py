@@ -8,6 +8,7 @@ below 1e-8 m, the other figure of the case.
 
 import numpy as np
 import pytest
+from by_turns import slow
 
 import flexmb as fmb
 
@@ -46,7 +47,7 @@ def test_generalized_alpha(top, reference):
 
 @pytest.mark.parametrize(
     ("rtol", "position", "speed"),
-    [(1e-10, 1e-6, 1e-5), pytest.param(1e-12, 1e-8, 1e-6, marks=pytest.mark.slow)],
+    [(1e-8, 1e-4, 1e-3), slow(1e-10, 1e-6, 1e-5), slow(1e-12, 1e-8, 1e-6)],
 )
 def test_ida(top, reference, rtol, position, speed):
     solution = run(top, fmb.IDA(rtol=rtol, atol=rtol))
