@@ -30,6 +30,11 @@ SINGLE = 1e-6
 """Share of the root of two moments of inertia by which J_xy and J_yx may differ, and of the second moment by which the
 least may be below zero: rounding to 32 bits leaves 1e-7."""
 
+HALF_OF_SINGLE = 2.0**-24
+"""Rounding of a number to 32 bits."""
+MEANT, DECIMALS = 5, 8
+"""Digits of numbers that are meant as they are, and up to which rounded ones are told from others."""
+
 ROW = np.dtype(
     [
         *HEADER,
@@ -243,7 +248,8 @@ class RigidBody(Body):
         check_frame(self)
         J = _tensor(self.title, self.inertia)
         principal, axes = np.linalg.eigh(J)
-        if -SINGLE * principal[1] <= principal[0] < 0.0:  # no inertia about an axis that is turned, but for rounding
+        # no inertia about an axis that is turned, but for rounding: a free turn about it would be that of the rounding
+        if -SINGLE * principal[1] <= principal[0] < 0.0 or principal[0] <= _rounded(self.inertia) * principal[2]:
             principal[0] = 0.0
             J = _tensor(self.title, (axes * principal) @ axes.T)
         if principal[0] < 0.0 or principal[2] > (principal[0] + principal[1]) * (1.0 + 1e-6) + 1e-300:
@@ -355,6 +361,25 @@ def _tensor(title: str, inertia: Any) -> np.ndarray:
         expected="three principal values or a symmetric (3, 3) tensor, kg m2, about the centre of mass",
         remedy=remedy,
     )
+
+
+def _rounded(inertia: Any) -> float:
+    """Return the share of its largest moment up to which the least one of a tensor is rounding of its numbers.
+
+    Numbers tell to how many digits they were written: to 32 bits, or to six to eight decimal ones. Fewer digits are
+    taken for what is meant. Without products of inertia each moment has digits of its own.
+    """
+    given = np.array(inertia, float)
+    if given.shape != (3, 3) or not np.any(np.triu(given, 1)):
+        return 0.0
+    numbers = given.ravel()
+    with np.errstate(over="ignore"):
+        if np.array_equal(numbers.astype(np.float32).astype(float), numbers):
+            return 4.0 * HALF_OF_SINGLE
+    for digits in range(MEANT, DECIMALS + 1):
+        if all(float(f"{x:.{digits - 1}e}") == x for x in numbers.tolist()):
+            return 10.0 ** (1 - digits) if digits > MEANT else 0.0
+    return 0.0
 
 
 def _require_no_mass(name: str, fields: Mapping[str, Any]) -> None:

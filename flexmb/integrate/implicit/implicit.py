@@ -294,6 +294,11 @@ class Implicit(metaclass=Described):
         return added_error(system, variables.beside.run[0], uncertainty(variables.beside)) if follows else None
 
     @staticmethod
+    def kinetic(variables: _Run) -> float:
+        """Return the largest kinetic energy (J) at the ends of steps."""
+        return float(variables.going.run["kinetic"][0])
+
+    @staticmethod
     def reaction_errors(system, variables: _Run) -> dict[str, float]:
         """Return by joint the error of its reaction, relative to it, on an average; none if not known, or if equations
         depend: steps share multipliers among them otherwise than samples do.

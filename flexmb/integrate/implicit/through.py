@@ -10,6 +10,7 @@ from flexmb.integrate.explicit.drift import drifted
 from flexmb.integrate.implicit.added_errors import follow
 from flexmb.integrate.implicit.beside import Beside
 from flexmb.integrate.implicit.stages import STAGES, Stages, run_step
+from flexmb.integrate.runs.gap import EVERY
 from flexmb.integrate.runs.kept_switches import keep_switches
 from flexmb.integrate.runs.patience import PAUSED, ROUNDINGS, UNCUT
 from flexmb.integrate.runs.sample_rows import SampleRows
@@ -23,7 +24,7 @@ from flexmb.math.plain_loops import all_finite
 from flexmb.math.program import PROGRAM
 from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, Record, array_type, numba_type, structure
 from flexmb.math.tables import COUNT, FLOATS, INTEGRALS, WORK, State
-from flexmb.system.program import evaluate
+from flexmb.system.program import energies, evaluate
 from flexmb.system.projection import project
 from flexmb.tree.coordinates.passes import read_state
 from flexmb.tree.coordinates.settle import Chart, coordinate_rates, count_turns, move, prescribe, unit_length
@@ -60,6 +61,8 @@ class GoingOn(Record):
     """J, the largest work of drives so far"""
     gravity: float
     """m/s2"""
+    kinetic: float
+    """J, the largest at every fourth step"""
     adaptive: int
     """1: steps follow the error; 0: they are all as long"""
     driven: int
@@ -235,6 +238,9 @@ def _accepted(chart, program, work, r, b, sw, g, h):
     coordinate_rates(chart.rows, g.x, g.v, r.K[0])
     r.V[0] = g.v
     r.run[0].steps += 1
+    if r.run[0].steps % EVERY == 0:
+        energies(program, State(g.run[0].t, r.state.q, r.state.u, r.state.a, r.state.lam, r.state.signals), work)
+        g.run[0].kinetic = max(g.run[0].kinetic, work.energy[0].kinetic)
     for n in range(len(program.vectors)):
         iq, iu, size, flexible = (
             program.vectors[n, 0],

@@ -72,6 +72,7 @@ class EnergyWatch:
         self.jumped = False  # an impulse of a prescribed motion has changed the energy since the latest sample
         self.began, self.rest = 0.0, np.inf
         self.reached, self.fastest = 0.0, 0.0  # s; lengths of the model, or rad, by s
+        self.between = 0.0  # J, kinetic energy at the ends of steps, where it is known
         self.worst = (0.0, 0.0)  # energy, time
         self.blame: dict[str, float] = {}
         self._part: tuple[Any, Any, float] = (0.0, 0.0, 0.0)  # touched, power and change since blame was laid
@@ -120,6 +121,11 @@ class EnergyWatch:
         change += float(np.abs(np.diff(np.concatenate([[self.left], left]))).sum())
         self._part = touched, power, change
         self.left = float(left[-1])
+
+    def hear(self, integrator: Any, variables: Any) -> None:
+        """Hear from an integrator, if it tells, what its steps have moved between the samples."""
+        if hasattr(integrator, "kinetic"):
+            self.between = max(self.between, integrator.kinetic(variables))
 
     def lay_blame(self) -> None:
         """Lay the energy that was left since the last call on the contact or friction that did most since then, else on
@@ -189,10 +195,11 @@ class EnergyWatch:
         if self._still(steps):
             return 0.0
         moves = self._moves()
-        return abs(self.worst[0]) / (max(moves, self.reach) if self._sparse(steps) else moves)
+        unseen = self._sparse(steps) and not self.between
+        return abs(self.worst[0]) / (max(moves, self.reach) if unseen else moves)
 
     def _moves(self) -> float:
-        return max(self.moving, STANDING * self.standing, self.rest)  # of all that has moved: see SHARE
+        return max(self.moving, self.between, STANDING * self.standing, self.rest)  # of all that has moved: see SHARE
 
     def _sparse(self, steps: int) -> bool:
         if steps <= SEEN * self.samples:

@@ -321,6 +321,7 @@ class Phases:
         if self.kept.energy is not None:
             steps = self.integrator.statistics(self.variables).get("steps", 0)
             chatters = chattering(system, getattr(self.variables, "switching", None), steps)
+            self.kept.energy.hear(self.integrator, self.variables)
             made = self.kept.energy.made_by_impacts(self.variables)
             self.validity.tell([*self.kept.energy.sentences(steps, self.integrator), *made, *chatters])
             self.validity.note(self.kept.energy.notes(steps))

@@ -366,6 +366,7 @@ class SteppedPhase:
         if error is not None and not self.error_told and (sentences := error.sentences(self.integrator)):
             self.error_told = True
             validity.tell(sentences)
+        self.energy.hear(self.integrator, self.variables)
         chatters = chattering(self.system, getattr(self.variables, "switching", None), steps)
         validity.tell([*self.energy.sentences(steps, self.integrator), *sentences_about(self.jumps), *chatters])
         validity.tell(self.sunk.look(self.system, getattr(self.variables, "switching", None)))
