@@ -27,7 +27,10 @@ def execute(arguments: argparse.Namespace) -> int:
     print(repr(model))
     report = fmb.check(model)
     print(report)
-    if report.mobility > 0:
+    rigid = next((force.title for force in model.forces if force.impulsive), "")
+    if rigid and report.mobility > 0:
+        print(f"  frequencies: not looked for, {rigid} has a rigid law, which has impulses and no stiffness")
+    elif report.mobility > 0:
         arguments.statics = rests = begins_at_rest(arguments, given, file)  # no remedy then
         about, where = (fmb.statics(model), "equilibrium at the start") if rests else (report, "start")
         print(f"  frequencies about the {where}: {fmb.first_frequencies(model, about=about)}")

@@ -51,6 +51,36 @@ def test_frequencies_about_the_start_as_drawn(tmp_path, capsys, table):
     assert "frequencies about the start: 1.592 Hz; 2 without oscillation" in capsys.readouterr().out
 
 
+def test_a_rigid_law_has_no_frequencies(tmp_path, capsys):
+    """It is said, and is no error; so is what is not seen of edges."""
+    path = tmp_path / "falling.toml"
+    cam = 'kind = "ExtrudedProfile", length = 0.1, profile = { kind = "Disc", radius = 0.1 }'
+    path.write_text(
+        HANGING.partition("[[force]]")[0].replace('"PointMass"', '"RigidBody"\ninertia = [1, 1, 1]')
+        + f"""
+[[surface]]
+kind = "Surface"
+name = "cam"
+marker = "bob.center"
+shape = {{ {cam} }}
+[[surface]]
+kind = "Surface"
+name = "block"
+marker = "ground.origin"
+shape = {{ kind = "Cuboid", size = [0.1, 0.1, 0.1] }}
+[[force]]
+kind = "SurfaceContact"
+name = "touch"
+surfaces = ["block", "cam"]
+law = {{ kind = "Rigid" }}
+"""
+    )
+    assert main(["check", str(path)]) == 0
+    printed = capsys.readouterr().out
+    assert "frequencies: not looked for, Force 'touch' has a rigid law" in printed
+    assert "edges of 'block' and 'cam' that cross are not seen" in printed
+
+
 def test_show_names_the_verb_for_model_files(tmp_path, capsys):
     path = tmp_path / "hanging.toml"
     path.write_text(HANGING)
