@@ -4,6 +4,8 @@ References: an integration about the origin of the orbit by scipy; steady preces
 5.7), ``J1 O^2 cos - J3 w3 O + m g L = 0``.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -54,6 +56,28 @@ def test_tether_of_100_km(integrator, within):
     np.testing.assert_allclose(np.linalg.norm(run["T"][:, :3], axis=1), tension, rtol=1e-3)
     # the leading term, 3 n^2 m L of the reduced mass
     assert tension[0] == pytest.approx(3 * n**2 * L / np.sum(1 / masses), rel=1e-2)
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e-6, 1e6])
+@pytest.mark.parametrize(
+    "integrator", [fmb.Implicit(), fmb.Explicit(formulation=fmb.Recursive())], ids=["Implicit", "Explicit"]
+)
+def test_pendulum_of_any_size_in_the_recursion(integrator, length):
+    """Three swings from 0.5 rad; theta'' = -3 g / 2 L sin theta. One of a micrometre had no inertia beside its mass."""
+    inertia = 1e3 * length**5 * np.array((1e-4, 1 / 12, 1 / 12))
+    place = 0.5 * length * np.array((np.sin(0.5), 0, -np.cos(0.5)))
+    rod = fmb.RigidBody("rod", mass=1e3 * length**3, inertia=inertia, at=place, rotation=(0, np.pi / 2 - 0.5, 0))
+    rod = replace(rod, markers={"end": (-0.5 * length, 0, 0)})
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(), rod],
+        joints=[fmb.Spherical("pin", markers=("ground.origin", "rod.end"))],
+        sensors=[fmb.Position("x", marker="rod.center")],
+    )
+    run = fmb.simulate(model, 19.0 * np.sqrt(length / 9.81), samples=21, integrator=integrator)
+    rates = lambda _, y: (y[1], -1.5 * 9.81 / length * np.sin(y[0]))  # noqa: E731
+    exact = solve_ivp(rates, (0, run.t[-1]), (0.5, 0.0), "DOP853", run.t, rtol=1e-12, atol=1e-14).y[0]
+    np.testing.assert_allclose(run["x"][:, 0], 0.5 * length * np.sin(exact), rtol=0, atol=1e-4 * length)
 
 
 def top(size: float) -> tuple[fmb.Model, float]:

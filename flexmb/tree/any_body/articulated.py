@@ -21,7 +21,8 @@ from flexmb.tree.any_body.modes import add_to_modes, eliminate_modes, own_modes
 __all__ = ["factor"]
 
 SINGULAR = 1e-15
-"""Inertia of a free motion below this, relative to the largest entry of the articulated inertia, counts as none."""
+"""Inertia of a free motion below this, relative to the largest mass or moment of the articulated inertia, counts as
+none."""
 
 
 @inner_kernel
@@ -101,10 +102,20 @@ def _own_inertia(row, q, iq, iu, outer, markers, S, rows, J):
 
 
 @inner_kernel
+def _usual(N, P):
+    """Return the inertia that a motion N (6,) would have by the largest mass and the largest moment of P (6, 6)."""
+    mass, moment, along, about = 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        mass, moment = max(mass, abs(P[i, i])), max(moment, abs(P[3 + i, 3 + i]))
+        along, about = along + N[i] * N[i], about + N[3 + i] * N[3 + i]
+    return mass * along + moment * about
+
+
+@inner_kernel
 def _open_hinge(row, through):
     """Write what `_open_joint` writes, for one free motion, the most frequent case."""
     N, P = row.way[5], row.P
-    D, largest = 0.0, 0.0
+    D = 0.0
     for i in range(6):
         x, y = 0.0, 0.0
         for j in range(6):
@@ -113,8 +124,7 @@ def _open_hinge(row, through):
             y += P[j, i] * n
         row.U[0, i], row.gain[0, i] = x, y
         D += N[i] * x
-        largest = max(largest, abs(P[i, i]))
-    if not abs(D) > SINGULAR * largest:
+    if not abs(D) > SINGULAR * _usual(N, P):
         return False
     D = 1.0 / D
     row.D[0] = D
@@ -135,11 +145,10 @@ def _open_joint(row, through, scratch, pivots):
     if nf == 1:
         return _open_hinge(row, through)
     first, P = 6 - nf, row.P
-    largest = 0.0
-    for i in range(6):
-        largest = max(largest, abs(P[i, i]))
+    least = np.inf  # masses and moments with their like: of a micrometre moments are a 1e-12 of masses
     E, column = scratch[0:6], scratch[6]
     for f in range(nf):
+        least = min(least, SINGULAR * _usual(row.way[first + f], P))
         for i in range(6):
             x, y = 0.0, 0.0
             for j in range(6):
@@ -153,7 +162,7 @@ def _open_joint(row, through, scratch, pivots):
             for i in range(6):
                 x += row.way[first + f, i] * row.U[e, i]
             E[f, e] = x
-    if nf > 1 and not invert_block(E, nf, pivots, column, SINGULAR * largest, row.D, 0):
+    if nf > 1 and not invert_block(E, nf, pivots, column, least, row.D, 0):
         return False
     for i in range(6):
         for j in range(6):
