@@ -80,7 +80,7 @@ def falling() -> fmb.Model:
 MOTIONS = {
     "contacts": (lambda: replace(touching(-1e-3, SOFT), gravity=(0.0, 0.0, -9.81)), 0.03),
     "drives": (lambda: driven(flexible_chain(3)), 0.02),
-    "a drive and a contact in a loop": (driven_loop, 0.01),
+    "a drive and a contact in a loop": (driven_loop, 0.006),
 }
 
 
