@@ -1,4 +1,4 @@
-"""Tests of many combinations: by default as many as meet every pair of choices, the others with the long tests."""
+"""Tests of many combinations: by default every second one, the others with the long tests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ def slow(*values, **more):
 def every_second(*choices: Iterable) -> list:
     """Return all combinations as parameters of a test; every second one is marked slow.
 
-    Those that stay have an even sum of places: with three lists or more, any two choices of different lists meet.
+    Those that stay have an even sum of places: with three lists or more, any two choices of different lists meet, of
+    two lists each choice meets every second one of the other.
     """
     listed = [list(each) for each in choices]
     return [
