@@ -60,10 +60,21 @@ class Shape(metaclass=Described):
         """
         if not np.isfinite(self.reach):
             return np.inf
+        cross, at = self._drawn_triangles()
+        return float(abs(np.einsum("ij,ij->", at, cross)) / 1.5 / np.linalg.norm(cross, axis=1).sum())
+
+    @property
+    def area(self) -> float:
+        """Its area as it is drawn, m2; infinite for a half-space."""
+        if not np.isfinite(self.reach):
+            return np.inf
+        return 0.5 * float(np.linalg.norm(self._drawn_triangles()[0], axis=1).sum())
+
+    def _drawn_triangles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return twice the areas as outward vectors (n, 3), m2, and a corner of each triangle (n, 3), m."""
         vertices, triangles = (np.asarray(x) for x in self.drawing())
         a, b, c = (vertices[triangles[:, k]] for k in range(3))
-        cross = np.cross(b - a, c - a)
-        return float(abs(np.einsum("ij,ij->", a, cross)) / 1.5 / np.linalg.norm(cross, axis=1).sum())
+        return np.cross(b - a, c - a), a
 
     @property
     def doubt(self) -> str:

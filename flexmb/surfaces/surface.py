@@ -18,6 +18,8 @@ from flexmb.surfaces.trees import built, slabs
 __all__ = ["Surface"]
 
 MOST_SAMPLES = 1_000_000
+AROUND = 8
+"""Points of a thin bar, at least, for each spacing along half of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,16 +59,18 @@ class Surface(Part):
             )
         if self.spacing is not None:
             self.require_positive("spacing")
-            if (
-                np.isfinite(self.shape.reach)
-                and self.shape.reach / self.spacing > (MOST_SAMPLES / (4.0 * np.pi)) ** 0.5
-            ):
+            if np.isfinite(self.shape.reach) and self._many() > MOST_SAMPLES:
                 raise ModelError(
                     self.title,
-                    found=f"spacing = {self.spacing} m on a shape that reaches {self.shape.reach:.3g} m",
+                    found=f"spacing = {self.spacing} m on a shape of {self.shape.area:.3g} m2",
                     expected=f"at most about {MOST_SAMPLES} points",
                     remedy="Give a larger spacing",
                 )
+
+    def _many(self) -> float:
+        """Return about how many points its spacing asks for: by its area, and by its length where it is thin."""
+        shape, along = self.shape, self.shape.reach / self.spacing
+        return max((shape.area**0.5 / self.spacing) ** 2, AROUND * along) if along < MOST_SAMPLES else AROUND * along
 
     def check(self, model) -> None:
         """Raise ModelError if the marker does not exist."""
