@@ -32,6 +32,7 @@ def test_grid(fall, tmp_path, capsys):
     assert "Table: runs/fall_sweep/results.csv" in printed
 
 
+@pytest.mark.slow
 def test_latin_hypercube_and_kept_runs(fall, tmp_path, capsys):
     arguments = ["--latin", "2", "--over", "g=1:2", "--seed", "3", "--keep", "--out", "out", "--t-end", "0.5"]
     assert main(["sweep", "fall.toml", *arguments, "--samples", "3", "--jobs", "1"]) == 0

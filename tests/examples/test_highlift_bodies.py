@@ -9,6 +9,7 @@ from functools import cache
 import highlift_bodies
 import numpy as np
 import pytest
+from by_turns import slow
 from highlift_runs import DATA, FOLDER
 from scipy.linalg import eigh
 from tolerances import MACHINE
@@ -302,7 +303,7 @@ def track(name):
     return highlift_bodies.track_beam(*highlift_bodies.track_arguments(DATA)[name])
 
 
-@pytest.mark.parametrize(("name", "low"), [("inboard_flap_GJ", 1.5e5), ("inboard_flap_EI_flapwise", 3.4e5)])
+@pytest.mark.parametrize(("name", "low"), [("inboard_flap_GJ", 1.5e5), slow("inboard_flap_EI_flapwise", 3.4e5)])
 def test_stiffness_of_the_flap_reaches_the_struts(name, low):
     """A tenth of the torsional or bending stiffness of the elastic flap: other forces in the drive struts.
 

@@ -89,6 +89,7 @@ def test_side_strut():
         assert solution[f"s{k}_hinge force"][-1, 1] == pytest.approx(-stiffness * shift, rel=0.03)
 
 
+@pytest.mark.slow
 def test_adjustable_struts_press_the_edge_on_the_seal():
     """A strut CD 4 mm longer turns the nose about B by 4 mm over the distance of B from the strut,
     and its edge outwards.

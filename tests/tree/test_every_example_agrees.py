@@ -59,7 +59,7 @@ def name(path: Path) -> str:
     return str(path.relative_to(EXAMPLES))
 
 
-LONG_SCRIPT = "snapping_strip.py"
+LONG_SCRIPTS = ("belt_drive.py", "optimise_linkage.py", "snapping_strip.py")
 
 
 def long(path: Path):
@@ -140,7 +140,7 @@ def test_the_examples_are_found():
     assert len(later_models(fmb.load_model(HIGHLIFT / "strut_2_breaks.toml"))) == 1
 
 
-@pytest.mark.parametrize("path", [long(path) if path.name == LONG_SCRIPT else path for path in SCRIPTS], ids=name)
+@pytest.mark.parametrize("path", [long(path) if path.name in LONG_SCRIPTS else path for path in SCRIPTS], ids=name)
 def test_models_of_a_script(path, monkeypatch, tmp_path, rng):
     models = models_of(path, monkeypatch, tmp_path)
     assert models

@@ -6,6 +6,7 @@ velocities 6e-6, forces 1.5e-8; at 1e-10: positions 1.1e-8.
 
 import numpy as np
 import pytest
+from by_turns import slow
 from verification.mechanisms import car_axis
 
 import flexmb as fmb
@@ -13,7 +14,7 @@ import flexmb as fmb
 
 @pytest.mark.parametrize(
     ("integrator", "velocity"),
-    [(fmb.GeneralizedAlpha(step=5e-5), 1e-4), (fmb.IDA(rtol=1e-8, atol=1e-8), 1e-5)],
+    [slow(fmb.GeneralizedAlpha(step=5e-5), 1e-4), (fmb.IDA(rtol=1e-8, atol=1e-8), 1e-5)],
     ids=["alpha", "IDA"],
 )
 def test_positions_velocities_and_multipliers(reference, integrator, velocity):

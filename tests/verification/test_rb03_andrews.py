@@ -38,7 +38,7 @@ def test_initial_accelerations(reference):
 @pytest.mark.parametrize(
     ("integrator", "angle", "force"),
     [
-        (fmb.GeneralizedAlpha(step=2e-6), 1e-5, 5e-3),
+        slow(fmb.GeneralizedAlpha(step=2e-6), 1e-5, 5e-3),
         (fmb.GeneralizedAlpha(rtol=1e-8), 2e-4, 0.1),
         (fmb.IDA(rtol=1e-8, atol=1e-10), 1e-4, 0.02),
     ],

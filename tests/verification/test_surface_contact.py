@@ -87,6 +87,7 @@ def test_crossed_cylinders_in_a_layer(first, second):
     assert area == pytest.approx(2 * np.pi * np.sqrt(first * second) * d, rel=5e-2)
 
 
+@pytest.mark.slow
 def test_the_force_of_hertz_by_a_layer_at_one_depth():
     """With K/h = 4 E* / (3 pi sqrt(R d)) a mesh of 81 920 triangles (side R / 60) has Hertz's force within 2 %, and
     twice the area of Hertz's circle, pi R d: a layer is not a half-space."""

@@ -190,6 +190,7 @@ def test_pictures_and_modes(solution, tmp_path):
 
 
 @pytest.mark.render
+@pytest.mark.slow
 def test_labels_in_pictures(solution, tmp_path):
     """A text at a marker is in every still; a marker that no run has is named."""
     marker = next(name for name in solution.model.marker_names() if not name.startswith("ground"))
