@@ -5,6 +5,8 @@ and free), 20.1907 (clamped and pinned: tan x = x). In its own frame a strut bet
 share where the frame is clamped to an end, and a column that is clamped and free a quarter of it in the mean frame.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from by_turns import every_second
@@ -104,3 +106,15 @@ def test_a_roof_that_hangs_on_a_column_alone_holds_nothing(frame, recwarn):
         standing = fmb.Model(gravity=(-10.0, 0.0, 0.0), bodies=[fmb.Ground(), column, roof], joints=joints)
         assert told(standing) == pytest.approx(part, rel=0.01)  # with a part of the column's own weight, 1.6 kg
         assert any("its reduced stiffness buckles" in str(w.message) for w in recwarn) == (part > 1.0)
+
+
+@pytest.mark.parametrize(("frame", "words"), [("buckens", "that nothing holds"), ("a", "clamped to 'a'")])
+def test_data_that_do_not_know_what_holds_them_say_so(frame, words):
+    """Of former files: in a frame clamped to an end 0.9 of Euler's load is told as 3.6, and nothing said why."""
+    data, euler = strut(frame), HOLDS["pins"] * EI / L**2
+    known = fmb.statics(model(data, "pins", 0.9 * euler)).statistics
+    old = fmb.statics(model(replace(data, left_out=None), "pins", 0.9 * euler)).statistics
+    assert not [note for note in known.get("notes", ()) if "how joints and other bodies hold it" in note]
+    notes = [note for note in old["notes"] if "how joints and other bodies hold it" in note]
+    assert len(notes) == 1
+    assert words in notes[0]

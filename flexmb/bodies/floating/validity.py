@@ -48,6 +48,11 @@ SWITCHED_OFF = (
     "{title} has geometric stiffness{of} that is not used (geometric_stiffness={given!r}): no run warns where loads "
     "change its stiffness. Leave that out, or compare with a run that has it."
 )
+OWN_FRAME = (
+    "{title}: how joints and other bodies hold it is not known to its data (parts of parts, files of former versions, "
+    "more than some forty interfaces), so its buckling load is that {frame}, which may be several times too high or "
+    "too low. Reduce it again, or compare with linearize: a frequency falls to zero where it buckles."
+)
 LOOKS = 32
 """Samples of a block at which the load is looked at; it costs an evaluation and an eigenvalue problem."""
 
@@ -123,6 +128,9 @@ class _Limits:
         self.note = ""
         if data.geometric is not None:
             self.note = _switched_off(body, data.geometric)
+            if not self.note and data.left_out is None and row["stiffening"]:
+                own = f"of its frame, clamped to '{data.frame}'" if clamped else "of a body that nothing holds"
+                self.note = OWN_FRAME.format(title=body.title, frame=own)
         elif data.left_out is None:
             self.note = UNKNOWN.format(title=body.title)
         known, acting = data.left_out is not None, bool(row["stiffening"])
