@@ -22,6 +22,8 @@ FEW = 12  # texts up to which letters are large
 
 FRAMING, DIRECTIONS = 60, 400  # frames and points by which the camera is placed
 
+BROAD, HIGH, FEWER = 1600, 900, 0.6
+"""Size, pixels, of a picture whose letters are full, and the part of it below which a colour bar has fewer numbers."""
 MEGA = 1e-6
 COLORS = {"flexible": "#6f9fc8", "joints": "#33404d", "springs": "#c98a2b", "supports": "#8b949d", "contact": "#26303a"}
 RIGID = ("#9fb1c2", "#c98f5a", "#7fa593", "#e9e6dd", "#9d93b4", "#c7b979")
@@ -217,7 +219,7 @@ class Stage:
                 "scalars": CONTACT_LABEL,
                 "cmap": "inferno",
                 "clim": (0.0, MEGA * largest),
-                "scalar_bar_args": {**bar(CONTACT_LABEL, MEGA * largest), "position_x": 0.03},
+                "scalar_bar_args": {**bar(CONTACT_LABEL, MEGA * largest, self.plotter.window_size), "position_x": 0.03},
                 "lighting": False,
             }
         elif mises is not None and look.color is None and self.largest_stress > 0.0:
@@ -226,7 +228,7 @@ class Stage:
                 "scalars": ELASTIC_LABEL,
                 "cmap": _colors(),
                 "clim": (0.0, MEGA * self.largest_stress),
-                "scalar_bar_args": bar(ELASTIC_LABEL, MEGA * self.largest_stress),
+                "scalar_bar_args": bar(ELASTIC_LABEL, MEGA * self.largest_stress, self.plotter.window_size),
                 "interpolate_before_map": True,
                 "nan_color": part_color(self.scene, part),  # beams beside shells: they have no stress
             }
@@ -303,19 +305,24 @@ def _colors():
     return ListedColormap(colormaps["turbo"](np.linspace(0.07, 0.97, 256)))
 
 
-def bar(title: str, largest: float) -> dict[str, Any]:
-    """Return how a colour bar from 0 to `largest` looks: its numbers have three digits, or all before the point."""
+def bar(title: str, largest: float, size: Sequence[int]) -> dict[str, Any]:
+    """Return how a colour bar from 0 to `largest` looks: its numbers have three digits, or all before the point.
+
+    In a picture of a small `size` (width and height, pixels) letters keep a size to be read, and numbers are fewer.
+    """
+    shrunk = min(1.0, size[0] / BROAD, size[1] / HIGH)
+    small = shrunk < FEWER
     return {
         "title": title + "\n",
         "vertical": False,
         "position_x": 0.34,
         "position_y": 0.02,
         "width": 0.32,
-        "height": 0.08,
-        "title_font_size": 22,
-        "label_font_size": 18,
+        "height": min(0.2, 0.08 / shrunk**0.75),
+        "title_font_size": max(12, round(22 * shrunk)),
+        "label_font_size": max(11, round(18 * shrunk)),
         "color": "#26303a",
-        "n_labels": 5,
+        "n_labels": 3 if small else 5,
         "fmt": "%.0f" if 1e3 <= largest < 1e6 else "%.3g",
         "font_family": "arial",
         "unconstrained_font_size": True,

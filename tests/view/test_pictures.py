@@ -13,7 +13,7 @@ from flexmb.view import graphics, overlay, render, window
 from flexmb.view.interactive import opened
 from flexmb.view.labels import places, without_overlap
 from flexmb.view.pictures import hidden_parts, require_hidden
-from flexmb.view.stage import ELASTIC_LABEL, VIEW_ANGLE, Look, Stage, camera_position, framed_points
+from flexmb.view.stage import CONTACT_LABEL, ELASTIC_LABEL, VIEW_ANGLE, Look, Stage, bar, camera_position, framed_points
 from flexmb.view.viewpoint import best_direction, viewpoint
 
 
@@ -368,6 +368,16 @@ def test_a_body_is_hidden_with_the_surfaces_that_are_drawn_in_its_place(box_on_f
         require_hidden([scene], ("bos",))
     with pytest.raises(FlexmbError, match="everything is hidden"):
         require_hidden([scene], ("box", "ground", "touch"))
+
+
+@pytest.mark.parametrize("size", [(1600, 900), (1000, 600), (640, 360), (400, 300)])
+def test_a_colour_scale_fits_into_its_picture(size):
+    """Letters are some 0.55 of their height wide: numbers of six are apart, the title does not leave the picture."""
+    shown = bar(CONTACT_LABEL, 2e-3, size)
+    assert shown["n_labels"] * 6 * 0.55 * shown["label_font_size"] < shown["width"] * size[0]
+    middle = (0.03 + 0.5 * shown["width"]) * size[0]
+    assert 0.5 * len(CONTACT_LABEL) * 0.55 * shown["title_font_size"] < middle
+    assert shown["title_font_size"] + shown["label_font_size"] < shown["height"] * size[1]
 
 
 @pytest.mark.render
