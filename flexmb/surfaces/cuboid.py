@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 from typing import Any, ClassVar
 
@@ -57,8 +58,10 @@ class Cuboid(Shape):
 
     @property
     def edges(self) -> Edges:
-        """Its twelve edges and six faces."""
-        return edges_of_solid(*self.drawing(), self.thickness, True)
+        """Its twelve edges and six faces: those of a cube, drawn out."""
+        cube, size = _cube(), np.array(self.size)
+        lines = cube.lines * np.concatenate([size, size, np.ones(6)])
+        return Edges(lines, cube.corners * size, cube.ways * self.thickness, [face * size for face in cube.outlines])
 
     def samples(self, spacing: float) -> Points:
         """Return the centres of equal rectangles on each face."""
@@ -78,3 +81,9 @@ class Cuboid(Shape):
     def drawing(self) -> tuple[np.ndarray, np.ndarray]:
         """Return corners and faces."""
         return np.array(list(product((-1, 1), repeat=3))) * self.numbers(), FACES
+
+
+@cache
+def _cube() -> Edges:
+    """Return the edges of a cube of 1 m, with ways into it for a thickness of 1 m."""
+    return edges_of_solid(np.array(list(product((-0.5, 0.5), repeat=3))), FACES, 1.0, True)

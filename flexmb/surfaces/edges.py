@@ -122,15 +122,7 @@ def packed_edges(edges: Edges) -> np.ndarray:
     lines = edges.lines
     ends = lines[:, :6].reshape(-1, 2, 3)
     order, nodes = built(ends.min(axis=1), ends.max(axis=1))
-    faces = np.zeros((len(edges.outlines), FACE))
-    first = 0
-    for row, outline in zip(faces, edges.outlines, strict=True):
-        normal = np.cross(outline, np.roll(outline, -1, axis=0)).sum(axis=0)  # of twice the area, by Newell
-        row[:3] = normal / np.linalg.norm(normal)
-        row[3] = (outline @ row[:3]).max()
-        row[4:] = first, len(outline)
-        first += len(outline)
-    outlines = np.concatenate([np.zeros((0, 3)), *edges.outlines])
+    faces, outlines = _packed_faces(edges.outlines)
     nodes_at = HEAD + lines.size
     corners_at = nodes_at + nodes.size
     ways_at = corners_at + edges.corners.size
@@ -141,3 +133,19 @@ def packed_edges(edges: Edges) -> np.ndarray:
     head[[WAYS_AT, OUTLINES_AT]] = ways_at, faces_at + faces.size
     blocks = (head, lines[order], nodes, edges.corners, edges.ways, faces, outlines)
     return np.concatenate([block.ravel() for block in blocks])
+
+
+def _packed_faces(outlines: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of faces (n, FACE), and all corners of their outlines (m, 3), m."""
+    faces = np.zeros((len(outlines), FACE))
+    if not outlines:
+        return faces, np.zeros((0, 3))
+    counts = np.array([len(outline) for outline in outlines])
+    first, corners = np.cumsum(counts) - counts, np.concatenate(outlines)
+    after = np.arange(len(corners)) + 1
+    after[first + counts - 1] = first
+    normals = np.add.reduceat(np.cross(corners, corners[after]), first, axis=0)  # of twice the area, by Newell
+    faces[:, :3] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    faces[:, 3] = np.maximum.reduceat(np.einsum("ij,ij->i", corners, np.repeat(faces[:, :3], counts, axis=0)), first)
+    faces[:, 4], faces[:, 5] = first, counts
+    return faces, corners

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.errors import ModelError
 from flexmb.model.part import Part
 from flexmb.surfaces.distances import signed_distance
+from flexmb.surfaces.edges import packed_edges
 from flexmb.surfaces.records import FAR, HEADER
 from flexmb.surfaces.shape import Points, Shape
 from flexmb.surfaces.trees import built, slabs
@@ -99,6 +100,11 @@ class Surface(Part):
         table = np.column_stack([places, normals, areas])[order]
         tree = slabs(places[order], normals[order], nodes)
         return np.concatenate([header, own, table.ravel(), corners.ravel(), tree.ravel()])
+
+    @cached_property
+    def packed_edges(self) -> np.ndarray:
+        """Its edges and faces as kernels need them, see `flexmb.surfaces.edges`."""
+        return packed_edges(self.shape.edges)
 
     @cached_property
     def depth(self) -> float:

@@ -312,6 +312,42 @@ def bracket(a, b, thick, width):
     return fmb.TriangleMesh(vertices - place, np.vstack([cap[:, ::-1], cap + 6, sides])), boxes
 
 
+@pytest.mark.parametrize("kinds", ["hulls", "brackets"])
+def test_elastic_impacts_keep_energy_and_momentum(kinds, rng):
+    """Two bodies that tumble into each other and strike with corners, edges and faces: no friction, e = 1."""
+    struck = 0
+    for _ in range(4):
+        if kinds == "hulls":
+            shapes = [fmb.Hull(points=rng.normal(size=(10, 3)) * rng.uniform(0.02, 0.1, 3)) for _ in range(2)]
+        else:
+            shapes = [bracket(0.18, 0.15, 0.045, 0.08)[0]] * 2
+        inertia, bodies = np.array([2e-3, 3e-3, 2.5e-3]), []
+        for name, z, v in (("a", 0.0, 1.0), ("b", 0.3, -1.0)):
+            turn, spin = Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), tuple(rng.normal(size=3) * 5.0)
+            velocity = (*(0.2 * rng.normal(size=2)), v)
+            bodies.append(
+                fmb.RigidBody(
+                    name,
+                    mass=1.0,
+                    inertia=inertia,
+                    at=(0, 0, z),
+                    rotation=turn,
+                    velocity=velocity,
+                    angular_velocity=spin,
+                )
+            )
+        found = run(scene(bodies, shapes, fmb.Rigid(restitution=1.0), gravity=(0, 0, 0)), 0.3, 1e-3, 31)
+        energy, momentum = 0.0, 0.0
+        for motion in (Series(found.phases[0]).marker(f"{b.name}.center") for b in bodies):
+            own = np.einsum("kji,kj->ki", motion.R, motion.w)
+            energy = energy + 0.5 * np.sum(motion.v**2, axis=1) + 0.5 * own**2 @ inertia
+            momentum = momentum + motion.v
+        struck += np.abs(found["v a"][-1] - found["v a"][0]).max() > 0.1
+        assert energy == pytest.approx(energy[0], rel=2e-3)
+        assert momentum == pytest.approx(momentum[:1].repeat(31, axis=0), abs=1e-10)
+    assert struck >= 2
+
+
 @pytest.mark.slow
 def test_brackets_do_not_pass_through_each_other(rng):
     """Twelve brackets fly together and fall into a heap. The boxes that they consist of overlap, by coal, by no more

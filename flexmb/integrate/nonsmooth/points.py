@@ -10,7 +10,6 @@ from flexmb.math.vectors import cross, dot, matvec, matvec_t
 from flexmb.surfaces.box_pairs import are_boxes, find_between_boxes, plane_between_boxes
 from flexmb.surfaces.detection import bound_gap, find_closest, find_points
 from flexmb.surfaces.edge_pairs import find_corners, find_crossings, have_edges
-from flexmb.surfaces.edges import packed_edges
 from flexmb.surfaces.hull_pairs import find_between_hulls, have_faces, plane_between_hulls
 from flexmb.surfaces.neighbours import FEW, LARGE, candidates, near_pairs
 from flexmb.surfaces.parallel_edges import find_along_edges
@@ -274,7 +273,7 @@ class Touching:
         starts = np.concatenate([[0], np.cumsum([len(x) for x in packed])]).astype(np.int64)
         self.place = starts[:-1].copy()
         self.data = np.concatenate([*packed, np.zeros(1)])
-        edges = [packed_edges(surface.shape.edges) for surface in self.surfaces]
+        edges = [surface.packed_edges for surface in self.surfaces]
         self.edges_at = np.concatenate([[0], np.cumsum([len(x) for x in edges])]).astype(np.int64)[:-1]
         self.edges = np.concatenate([*edges, np.zeros(1)])
         self.marker = np.array([system.marker_index[s.marker] for s in self.surfaces], np.int64)
