@@ -87,7 +87,7 @@ def local_errors(program, work, motions, c, h):
 @inner_kernel
 def _straightens(s, h):
     """Is it time to bring the motion beside back along the constraints: now and then, and where steps get longer?"""
-    return len(s.lam) > 0 and (s.run[0].steps % EVERY == 0 or h > LONGER * s.run[0].last_step)
+    return len(s.lam) > 0 and (s.run[0].steps % SELDOM == 0 or h > LONGER * s.run[0].last_step)
 
 
 @inner_kernel
