@@ -1,6 +1,7 @@
 """What `MoreauJean` tells of the errors of its steps, beside closed forms and scipy's DOP853."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -106,6 +107,29 @@ def test_after_a_contact_it_is_not_known(seconds):
         assert run.statistics[ADDED_UP] == UNKNOWN
     else:
         assert run.statistics[ADDED_UP] < 1e-12
+
+
+@pytest.mark.parametrize("steps", [1, 3, 4])
+def test_inputs_that_change_from_outside(steps):
+    """A mass on a spring, pushed by 10 N or not, in turns of so many steps of 0.01 s: the exact way by rotations of
+    (x - x0, v / w). Where they change after each step nothing is told.
+    """
+    model = replace(
+        spring(), forces=(spring().forces[0], fmb.PointLoad("f", marker="p.center", force=(fmb.input("push"), 0, 0)))
+    )
+    w, h, z, true = 10.0, 0.01 * steps, 0.2 + 0j, 0.0
+    with fmb.stepper(model, integrator=fmb.MoreauJean(step=0.01), t_end=2.4) as run:
+        for k in range(round(2.4 / h)):
+            force = 10.0 * (k % 2)
+            run.set("push", force)
+            run.advance(to=(k + 1) * h)
+            z = (z - force / w**2) * np.exp(-1j * w * h) + force / w**2
+            true = max(true, abs(run["x"][0] - 1.0 - z.real))
+        told = run.solution.statistics.get(ADDED_UP)
+    if steps == 1:
+        assert told is None
+    else:
+        assert told == pytest.approx(true / 0.4, rel=0.4)
 
 
 def test_the_run_itself_stays_the_same():

@@ -25,6 +25,8 @@ FINER = 3.0
 """The distance over the error: four times less one."""
 ALIKE = 0.5
 """Size of the shorter of two steps, relative to the longer, from which on they count as two of one size."""
+MOSTLY = 0.5
+"""Part of the time in steps that had to be taken alone, from which on the second motion says nothing of the first."""
 
 
 class _Nothing:
@@ -54,6 +56,8 @@ class Doubled:
         self.system = system
         self.gap = new_gap(system, bool(followed and system.nu))
         self.failed, self.waiting = False, 0.0  # s, of a step that the second motion has not taken yet
+        self.inputs = np.zeros(0)  # with which it was taken
+        self.taken, self.alone = 0.0, 0.0  # s
         if not self.gap["followed"][0]:
             return
         self.start = stepper.q.copy()
@@ -73,22 +77,36 @@ class Doubled:
         if touched:
             self.gap["blind"], self.gap["followed"] = 1, 0
         elif not self.waiting:
-            self.waiting = h
+            self._wait(h)
         elif ALIKE * self.waiting <= h <= self.waiting / ALIKE:
             h, self.waiting = h + self.waiting, 0.0
             if self._step(h):
                 self._compare(stepper)
         else:
             self.catch_up()
-            self.waiting = h
+            self._wait(h)
+
+    @property
+    def known(self) -> bool:
+        """Were steps of twice the size taken, and could they be?"""
+        return not self.failed and not self.alone > MOSTLY * self.taken
 
     def catch_up(self) -> None:
         """Take the step that waits for another one by itself: the next one is of another size, or a load jumps."""
         if self.waiting and self.gap["followed"][0]:
+            inputs = self.system.program.signals.args
+            now = inputs.copy()
+            inputs[:] = self.inputs
             self._step(self.waiting)
+            inputs[:] = now
+            self.alone += self.waiting
         self.waiting = 0.0
 
+    def _wait(self, h: float) -> None:
+        self.waiting, self.inputs = h, self.system.program.signals.args.copy()
+
     def _step(self, h: float) -> bool:
+        self.taken += h
         if not self.motion._step(h):
             self.failed, self.gap["followed"] = True, 0
         return not self.failed
@@ -110,7 +128,7 @@ class Doubled:
         if not self.gap["followed"][0]:
             return
         before.catch_up()
-        self.failed = before.failed
+        self.failed, self.taken, self.alone = before.failed, before.taken, before.alone
         self.gap[:] = before.gap
         if was.q.shape != stepper.q.shape or was.u.shape != stepper.u.shape:
             begin_again(self.gap)

@@ -94,7 +94,7 @@ class MoreauJean(metaclass=Described):
 
     def added_error(self, system, variables: Stepper) -> AddedError | None:
         """Return what the errors of the steps have added up to so far; None if they are not followed."""
-        follows = self.follow_errors and not variables.doubled.failed
+        follows = self.follow_errors and variables.doubled.known
         return added_error(system, variables.doubled.gap[0]) if follows else None
 
     @staticmethod
