@@ -270,7 +270,9 @@ def find_crossings(edges, own, other, data, at_a, at_b, margin, nearest, d, Q, c
                 contact = contacts[-1] if nearest else contacts[to]
                 if not _write_crossing(edges[line : line + LINE], at, radius_a, radius_b, margin, contact):
                     continue
-                if contact.gap < 0.0 and not _pass_each_other(data, at_a, at_b, d, Q, contact):
+                # one for which there is no room is in the place of the last that was found: it counts unseen
+                seen = nearest or found < len(contacts)
+                if seen and contact.gap < 0.0 and not _pass_each_other(data, at_a, at_b, d, Q, contact):
                     continue
                 if nearest:
                     margin = contact.gap

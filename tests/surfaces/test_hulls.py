@@ -102,16 +102,40 @@ def test_corners_and_edges_beside_another_library(rng, count):
     assert by_edges > 0.2 * apart > 0.05 * count
 
 
+def angle_bracket():
+    """Return vertices and triangles of an L of 1 m thickness."""
+    outline = np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], float)
+    vertices = np.vstack([np.column_stack([outline, np.full(6, z)]) for z in (0.0, 1.0)])
+    cap = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)])
+    sides = [t for k in range(6) for m in [(k + 1) % 6] for t in ((k, m, m + 6), (k, m + 6, k + 6))]
+    return vertices, np.vstack([cap[:, ::-1], cap + 6, sides])
+
+
+def test_contacts_that_fill_their_room_stay_as_they_are(rng):
+    """What is looked at and is none is not left in the place of the last one."""
+    surface = fmb.Surface("a", marker="x.y", shape=fmb.TriangleMesh(*angle_bracket()))
+    data, edges = np.tile(surface.packed, 2), np.tile(surface.packed_edges, 2)
+    at, other, filled = len(surface.packed), len(surface.packed_edges), 0
+    for _ in range(100):
+        d, Q, found = rng.normal(size=3), Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), []
+        for room in (200, None):  # more than enough, and just enough
+            contacts = np.zeros(room or max(1, len(found[0])), CONTACT)
+            count = find_corners(edges, 0, other, data, 0, at, 0.01, d, Q, contacts)
+            count = find_crossings(edges, 0, other, data, 0, at, 0.01, False, d, Q, contacts, count)
+            found.append(contacts[:count])
+        assert count >= len(found[0])  # or more is asked for
+        if 0 < count == len(contacts):
+            filled += 1
+            np.testing.assert_array_equal(*found)
+    assert filled > 4
+
+
 def test_faces_and_edges_of_solids():
     """A cube of triangles has 12 edges and 6 faces; of an L 17 edges stand out and one does not."""
     cube = fmb.Hull(points=fmb.Cuboid(size=(1, 1, 1)).drawing()[0]).edges
     assert len(cube.lines) == 12
     assert sorted(map(len, cube.outlines)) == [4] * 6
-    outline = np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], float)
-    vertices = np.vstack([np.column_stack([outline, np.full(6, z)]) for z in (0.0, 1.0)])
-    cap = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)])
-    sides = [t for k in range(6) for m in [(k + 1) % 6] for t in ((k, m, m + 6), (k, m + 6, k + 6))]
-    bracket = edges_of_solid(vertices, np.vstack([cap[:, ::-1], cap + 6, sides]), 1.0, False)
+    bracket = edges_of_solid(*angle_bracket(), 1.0, False)
     assert len(bracket.lines) == 17
     assert not len(bracket.outlines)
     inner = np.all(np.isclose(bracket.lines[:, [0, 1, 3, 4]], 1.0), axis=1)
