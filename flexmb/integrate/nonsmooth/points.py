@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.nonsmooth.problem import POINT
+from flexmb.integrate.nonsmooth.solids import found_between_solids, gap_of_solids
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot, matvec, matvec_t
-from flexmb.surfaces.box_pairs import are_boxes, find_between_boxes, plane_between_boxes
 from flexmb.surfaces.detection import bound_gap, find_closest, find_points
-from flexmb.surfaces.edge_pairs import find_corners, find_crossings, have_edges
-from flexmb.surfaces.hull_pairs import find_between_hulls, have_faces, plane_between_hulls
+from flexmb.surfaces.edge_pairs import have_edges
 from flexmb.surfaces.neighbours import FEW, LARGE, candidates, near_pairs
-from flexmb.surfaces.parallel_edges import find_along_edges
 from flexmb.surfaces.records import CODE, CONTACT, CORNERS, FAR, PATCH, THICKNESS
 from flexmb.surfaces.rod_on_plane import find_rod_on_plane, is_rod_on_plane
 from flexmb.surfaces.skin_surface import pieces_of
@@ -23,10 +21,6 @@ BALL = 1
 """Code of a sphere."""
 SOME = 16
 """Contacts of a pair for which there is room at first."""
-SAME, ALIKE = 1e-5, 1e-6
-"""Distance, relative to the thinner body, between places that are one, and 1 - cosine of normals that are."""
-BETTER = 1e-6
-"""By how much, relative to the thinner body, an edge must be farther than a face to give the normal of convex ones."""
 
 
 @inner_kernel
@@ -82,69 +76,15 @@ def _relative_place(a, b, d, Q):
 
 
 @inner_kernel
-def _slack(data, at_a, at_b):
-    return BETTER * min(data[at_a + THICKNESS], data[at_b + THICKNESS])
-
-
-@inner_kernel
-def _once(contacts, count, near):
-    """Keep one contact, that with the least gap, of those at one place (within `near`, m) with one normal: a corner on
-    a corner, or on an edge, is found by both. Return how many are left.
-    """
-    kept = 0
-    for c in range(count):
-        one, same = contacts[c], -1
-        for k in range(kept):
-            other = contacts[k]
-            if dot(one.n, other.n) > 1.0 - ALIKE and abs(one.gap - other.gap) <= near:
-                far = 0.0
-                for i in range(3):
-                    far = max(far, abs(one.x[i] - other.x[i]))
-                if far <= near:
-                    same = k
-                    break
-        if same < 0:
-            contacts[kept] = one
-            kept += 1
-        elif one.gap < contacts[same].gap:
-            contacts[same] = one
-    return kept
-
-
-@inner_kernel
-def _found_between_edged(data, at_a, at_b, edges, own, other, margin, d, Q, contacts):
-    """Write the contacts of corners, edges and faces, some of them twice; return how many, as `_found_between`."""
-    slack, boxes = _slack(data, at_a, at_b), are_boxes(data, at_a, at_b)
-    if boxes or have_faces(edges, own, other):
-        if boxes:
-            count = find_between_boxes(data, at_a, at_b, margin, d, Q, contacts)
-        else:
-            count = find_between_hulls(edges, own, other, slack, margin, d, Q, contacts)
-        if count == 0 or count > len(contacts):
-            return count
-        best, n = np.inf, np.empty(3)
-        n[:] = contacts[0].n
-        for c in range(count):
-            best = min(best, contacts[c].gap)
-        along = find_along_edges(edges, own, other, best, slack, n, d, Q, contacts)
-        return along if along > 0 else count
-    if not have_edges(edges, own, other):
-        return find_points(data, at_a, at_b, margin, d, Q, contacts)
-    count = find_corners(edges, own, other, data, at_a, at_b, margin, d, Q, contacts)
-    return find_crossings(edges, own, other, data, at_a, at_b, margin, False, d, Q, contacts, count)
-
-
-@inner_kernel
 def _found_between(data, at_a, at_b, edges, own, other, margin, d, Q, contacts):
     """Write the contacts of two surfaces; return how many, those for which there is no room included."""
     if _by_centre(data, at_a, at_b):
         return find_closest(data, at_a, at_b, margin, d, Q, contacts)
     if is_rod_on_plane(data, at_a, at_b):
         return find_rod_on_plane(data, at_a, at_b, margin, d, Q, contacts)
-    count = _found_between_edged(data, at_a, at_b, edges, own, other, margin, d, Q, contacts)
-    if count > len(contacts) or not have_edges(edges, own, other):
-        return count
-    return _once(contacts, count, SAME * min(data[at_a + THICKNESS], data[at_b + THICKNESS]))
+    if have_edges(edges, own, other):
+        return found_between_solids(data, at_a, at_b, edges, own, other, margin, d, Q, contacts)
+    return find_points(data, at_a, at_b, margin, d, Q, contacts)
 
 
 @kernel
@@ -187,32 +127,18 @@ def _least_gap(data, at_a, at_b, edges, own, other, enough, d, Q, contacts, n):
     """Return the gap of two surfaces that may meet, m, but none below zero, and write its normal; -1 if nothing of one
     may meet the other. Of solids with edges none above `enough`, m, is looked for.
     """
-    if are_boxes(data, at_a, at_b):
-        return max(plane_between_boxes(data, at_a, at_b, d, Q, n)[0], 0.0)
-    if have_faces(edges, own, other):
-        slack = _slack(data, at_a, at_b)
-        return max(plane_between_hulls(edges, own, other, slack, np.inf, d, Q, n)[0], 0.0)
-    edged = have_edges(edges, own, other)
+    if have_edges(edges, own, other):
+        return gap_of_solids(data, at_a, at_b, edges, own, other, enough, d, Q, contacts, n)
     if _by_centre(data, at_a, at_b):
         count = find_closest(data, at_a, at_b, np.inf, d, Q, contacts)
-    elif edged:
-        count = find_corners(edges, own, other, data, at_a, at_b, enough, d, Q, contacts)
     else:
         count = find_points(data, at_a, at_b, np.inf, d, Q, contacts)
-    least, crossed = enough if edged else np.inf, 0
+    least = np.inf
     for c in range(count):
         if contacts[c].gap < least:
             least = contacts[c].gap
             n[:] = contacts[c].n
-    if edged:
-        crossed = find_crossings(edges, own, other, data, at_a, at_b, least, True, d, Q, contacts, 0)
-        count += crossed
-    if crossed > 0:
-        least = contacts[0].gap
-        n[:] = contacts[0].n
-    if count == 0:
-        return enough if edged else -1.0
-    return max(least, 0.0)
+    return max(least, 0.0) if count else -1.0
 
 
 @kernel
