@@ -37,6 +37,9 @@ LEANS = 1e-3
 """Sine by which the normal may lead into a face: of bodies that lie on each other it is in the plane of a face."""
 ON = 1e-9
 """Distance, relative to the thinner body, of a place that counts as on a surface."""
+BEYOND = 10.0
+"""How far beyond an end, relative to the depth, edges may cross: those that end in a groove of their solid go on in it
+where the other one has sunk a little below its bottom, by the depth times the tangent of the slope."""
 DEEPEST = 0.5
 """Depth, in thicknesses of the thinner body, beyond which two edges are on far sides and have not passed each other."""
 
@@ -108,38 +111,67 @@ def _normal_of_crossing(first, second, n):
 
 
 @inner_kernel
+def _beyond(line, p):
+    """Return how far, m, a point of an edge is beyond its ends."""
+    ee, ep = 0.0, 0.0
+    for i in range(3):
+        e = line[3 + i] - line[i]
+        ee += e * e
+        ep += e * (p[i] - line[i])
+    return max(0.0, -ep, ep - ee) / ee**0.5
+
+
+@inner_kernel
 def _write_crossing(first, second, radius_a, radius_b, margin, contact):
-    """Write place, normal and gap of two edges (12,) that cross; return if the gap is below the margin."""
+    """Write place, normal and gap of two edges (12,) that cross; return 0 if the gap is not below the margin, else 1,
+    or 2 or 3 if they do so beyond an end of the first or the second, which must then go on within its solid.
+    """
     p, q, n = np.empty(3), np.empty(3), np.empty(3)
     if not _normal_of_crossing(first, second, n):
-        return False
-    gap = -radius_a - radius_b
+        return 0
+    gap, how = -radius_a - radius_b, 1
     for i in range(3):
         gap += n[i] * (second[i] - first[i])
-    if not gap < margin or not points_of_crossing(first, second, p, q):
-        return False
+    if not gap < margin:
+        return 0
+    if not points_of_crossing(first, second, p, q):
+        of_a, of_b, most = _beyond(first, p), _beyond(second, q), -BEYOND * gap
+        if radius_a + radius_b > 0.0 or min(of_a, of_b) > 0.0 or max(of_a, of_b) > most:
+            return 0
+        how = 2 if of_a > 0.0 else 3
     contact.gap, contact.area = gap, 1.0
     for i in range(3):
         contact.n[i] = n[i]
         contact.x[i] = q[i] - radius_b * n[i]
-    return True
+    return how
 
 
 @inner_kernel
-def _pass_each_other(data, at_a, at_b, d, Q, contact):
-    """Does each of two edges with a gap below zero lie within the other body? They may be on far sides instead."""
+def _pass_each_other(data, at_a, at_b, d, Q, contact, how):
+    """Does each of two edges with a gap below zero lie within the other body? They may be on far sides instead. One
+    that crosses beyond its end lies within its own.
+    """
     thickness = min(data[at_a + THICKNESS], data[at_b + THICKNESS])
     if contact.gap < -DEEPEST * thickness:
         return False
     near = ON * thickness
-    z, t, n, H = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
+    p, q, z, n, H = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
     for i in range(3):
-        z[i] = contact.x[i]
-    if signed_distance(data, at_a, z, np.inf, n, H) > near:
+        q[i] = contact.x[i]
+        p[i] = q[i] - contact.gap * contact.n[i]
+    if how != 3 and signed_distance(data, at_a, q, np.inf, n, H) > near:
         return False
+    if how == 2:
+        return signed_distance(data, at_a, p, np.inf, n, H) <= near
     for i in range(3):
-        t[i] = contact.x[i] - contact.gap * contact.n[i] - d[i]
-    matvec_t(Q, t, z)
+        p[i] -= d[i]
+        q[i] -= d[i]
+    matvec_t(Q, p, z)
+    if signed_distance(data, at_b, z, np.inf, n, H) > near:
+        return False
+    if how == 1:
+        return True
+    matvec_t(Q, q, z)
     return signed_distance(data, at_b, z, np.inf, n, H) <= near
 
 
@@ -268,11 +300,12 @@ def find_crossings(edges, own, other, data, at_a, at_b, margin, nearest, d, Q, c
                 line = lines_a + LINE * k
                 to = first if nearest else min(found, len(contacts) - 1)
                 contact = contacts[-1] if nearest else contacts[to]
-                if not _write_crossing(edges[line : line + LINE], at, radius_a, radius_b, margin, contact):
+                how = _write_crossing(edges[line : line + LINE], at, radius_a, radius_b, margin, contact)
+                if how == 0:
                     continue
                 # one for which there is no room is in the place of the last that was found: it counts unseen
                 seen = nearest or found < len(contacts)
-                if seen and contact.gap < 0.0 and not _pass_each_other(data, at_a, at_b, d, Q, contact):
+                if seen and contact.gap < 0.0 and not _pass_each_other(data, at_a, at_b, d, Q, contact, how):
                     continue
                 if nearest:
                     margin = contact.gap

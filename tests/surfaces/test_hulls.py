@@ -116,8 +116,8 @@ def test_contacts_that_fill_their_room_stay_as_they_are(rng):
     surface = fmb.Surface("a", marker="x.y", shape=fmb.TriangleMesh(*angle_bracket()))
     data, edges = np.tile(surface.packed, 2), np.tile(surface.packed_edges, 2)
     at, other, filled = len(surface.packed), len(surface.packed_edges), 0
-    for _ in range(100):
-        d, Q, found = rng.normal(size=3), Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), []
+    for _ in range(900):
+        d, Q, found = 1.5 * rng.normal(size=3), Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), []
         for room in (200, None):  # more than enough, and just enough
             contacts = np.zeros(room or max(1, len(found[0])), CONTACT)
             count = find_corners(edges, 0, other, data, 0, at, 0.01, d, Q, contacts)

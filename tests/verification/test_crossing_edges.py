@@ -3,6 +3,8 @@
 References: impacts and balances by hand, and the motion of boxes, whose edges `test_boxes.py` looks at.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -131,6 +133,25 @@ def test_two_cards_lean_on_each_other(kind, share):
     far = np.abs(found["p left"] - found["p left"][0]).max()
     assert 0.1 < needed < 0.2
     assert far < 1e-8 if share > 1.0 else far > 1e-4
+
+
+@pytest.mark.parametrize("wide", [0.06, 0.12])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_knife_edge_stands_in_a_shorter_groove(wide, swapped):
+    """Its edge runs along the bottom of the groove and beyond both ends of it, where no corner of it is: it stays."""
+    outline = np.array([(-0.3, -0.1), (0.3, -0.1), (0.3, 0.2), (0.25, 0.2), (0, 0), (-0.25, 0.2), (-0.3, 0.2)])
+    vertices = np.vstack([np.insert(outline, 1, y, axis=1) for y in (0.2, -0.2)])
+    cap = np.array([(0, 1, 4), (1, 2, 3), (1, 3, 4), (0, 4, 5), (0, 5, 6)])
+    sides = [t for k in range(7) for m in [(k + 1) % 7] for t in ((k, m, m + 7), (k, m + 7, k + 7))]
+    block = fmb.TriangleMesh(vertices, np.vstack([cap[:, ::-1], cap + 7, sides]))
+    knife = np.array([(x, y, z) for y in (-0.25, 0.25) for x, z in ((0, -0.1), (wide, 0.05), (-wide, 0.05))])
+    bodies = [body("knife", (0.1, 0.5, 0.1), (0, 0, 0.1005))]
+    model = scene(bodies, [fmb.Hull(points=knife)], fmb.Rigid(friction=0.5), fixed=[(block, (0, 0, 0), np.eye(3))])
+    if swapped:
+        force = model.forces[0]
+        model = replace(model, forces=[replace(force, surfaces=force.surfaces[::-1])])
+    found = run(model, 0.1, 1e-3)
+    assert np.abs(found["p knife"][-1] - (0, 0, 0.1)).max() < 1e-5  # it stands on an edge, and tips
 
 
 def tetrahedra(offset, speed, turn, swapped):

@@ -58,7 +58,8 @@ def _once(contacts, count, near):
 
 @inner_kernel
 def _found_between(data, at_a, at_b, edges, own, other, margin, d, Q, contacts):
-    """Write the contacts of corners, edges and faces, some of them twice; return how many, as `_found_between`."""
+    """Write the contacts of corners, edges and faces, some of them twice; return how many, as
+    `found_between_solids`."""
     slack, boxes = _slack(data, at_a, at_b), are_boxes(data, at_a, at_b)
     if boxes or have_faces(edges, own, other):
         if boxes:
