@@ -14,6 +14,8 @@ END = 0.1
 SAMPLES = 11
 STEP = 1e-3
 TIGHT = 1e-8
+SLOW = 1e-3
+"""m/s, a thousandth of what gravity gives in that time: speeds of a mechanism that is held are rounding."""
 
 INTEGRATORS = {
     "steps": lambda s: fmb.GeneralizedAlpha(step=STEP * s.time),
@@ -102,7 +104,7 @@ def worst_difference(a: Results, b: Results) -> tuple[float, str]:
     scales["energy"] = max(
         scales.get("energy", 0.0), 1e-3
     )  # J, a thousandth of what these weights have over these sizes
-    scales["speed"] = max(scales.get("speed", 0.0), 1e-3)  # m/s, a thousandth of what gravity gives in that time
+    scales["speed"] = max(scales.get("speed", 0.0), SLOW)
     scales["frequencies"] = max(scales.get("frequencies", 0.0), 1.0)  # Hz, about that of gravity over these sizes
     for name in a.keys() | b.keys():
         if name not in a or name not in b or a[name].shape != b[name].shape:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from metamorphic.analyses import END, INTEGRATORS, SAMPLES
+from metamorphic.analyses import END, INTEGRATORS, SAMPLES, SLOW
 from metamorphic.seen import PLAIN, turn
 
 import flexmb as fmb
@@ -127,6 +127,7 @@ def apart(one: Results, other: Results) -> tuple[float, str]:
     for name, values in one.items():
         kind = name.rpartition(" ")[2]
         scales[kind] = max(scales.get(kind, 0.0), float(np.abs(values).max(initial=0.0)))
+    scales["speed"] = max(scales.get("speed", 0.0), SLOW)
     for name, values in one.items():
         scale = scales[name.rpartition(" ")[2]]
         share = float(np.abs(values - other[name]).max(initial=0.0)) / scale if scale > 0.0 else 0.0
