@@ -77,8 +77,9 @@ def test_a_rod_on_a_free_cart_is_no_doubt():
     assert np.sort(poles.real) == pytest.approx([-w, 0.0, w], rel=1e-8)
 
 
-def test_a_slide_in_any_direction_is_one_zero(rng):
-    """Shape and stiffness both have rounding where they should have zeros, and its sign is arbitrary."""
+@pytest.mark.parametrize(("joint", "freedoms"), [(fmb.Prismatic, 1), (fmb.Planar, 3)])
+def test_what_slides_in_any_direction_has_zeros_only(rng, joint, freedoms):
+    """Shape and stiffness have rounding where they should have zeros, load and acceleration cancel but for rounding."""
     for _ in range(40):
         axis, across = rng.normal(size=(2, 3))
         guide = fmb.Pose.axes(z=axis, x=across)
@@ -94,11 +95,11 @@ def test_a_slide_in_any_direction_is_one_zero(rng):
         )
         model = fmb.Model(
             bodies=[fmb.Ground(markers={"guide": guide}), body],
-            joints=[fmb.Prismatic("slide", markers=("ground.guide", "body.guide"))],
+            joints=[joint("slide", markers=("ground.guide", "body.guide"))],
             forces=[fmb.PointLoad("push", marker="body.center", force=rng.normal(size=3))],
         )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", fmb.ValidityWarning)  # it accelerates
             linear = fmb.linearize(model)
-        assert linear.eigenvalues.tolist() == [0.0]
+        assert linear.eigenvalues.tolist() == freedoms * [0.0]
         assert linear.stable

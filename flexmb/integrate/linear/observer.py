@@ -40,7 +40,8 @@ CHANGING = 1e-3
 class Coefficients(NamedTuple):
     """M dx'' + C dx' + K dx - L dlam = 0; G dx = 0 of places, G dx' + S dx = 0 of velocities.
 
-    Dense (nu, nu), L (nu, ng), G and S (ng, nu).
+    Dense (nu, nu), L (nu, ng), G and S (ng, nu). Entries of K are sums, of which `summed` (nu, nu) has the sizes: where
+    they cancel, as the load and the acceleration of a body that falls do, rounding of the sums is left.
     """
 
     M: np.ndarray
@@ -49,6 +50,7 @@ class Coefficients(NamedTuple):
     L: np.ndarray
     G: np.ndarray
     S: np.ndarray
+    summed: np.ndarray
 
 
 def coefficients(system, state, work, motion: SteadyMotion) -> Coefficients:
@@ -60,7 +62,8 @@ def coefficients(system, state, work, motion: SteadyMotion) -> Coefficients:
     turning = motion.turning.toarray()
     rolling = (system.program.equation_level == 1)[:, None]
     S = np.where(rolling, G @ turning, 0.0) + velocity_slopes(system, state, work)
-    return Coefficients(M, C, K + D @ turning + M @ centripetal, L, G, S)
+    summed = np.abs(K) + np.abs(D) @ np.abs(turning) + np.abs(M) @ np.abs(centripetal)
+    return Coefficients(M, C, K + D @ turning + M @ centripetal, L, G, S, summed)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,7 +102,8 @@ class Observer:
         K = T.T @ (of.K @ T + of.C @ first + of.M @ second)
         rolling = (system.program.equation_level == 1)[:, None]
         S = of.S @ T + np.where(rolling, of.G @ first, 0.0)
-        return Coefficients(T.T @ (of.M @ T), C, K, T.T @ of.L, of.G @ T, S), T
+        summed = abs(T).T @ (of.summed @ abs(T)) + np.abs(K)
+        return Coefficients(T.T @ (of.M @ T), C, K, T.T @ of.L, of.G @ T, S, summed), T
 
     def _of_vector(
         self, framed: bool, R: np.ndarray, w: np.ndarray, rate: np.ndarray, dt: float

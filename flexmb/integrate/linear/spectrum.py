@@ -43,12 +43,12 @@ def first_order(of, basis, fastest: float, digits: float) -> FirstOrder:
     N, Q, F, P = basis
     M, C, K = (P.T @ X @ N for X in (of.M, of.C, of.K))
     aP, aN, aQ, aF = np.abs(P).T, np.abs(N), np.abs(Q), np.abs(F)
-    heavy, damped, stiff = (aP @ np.abs(X) @ aN for X in (of.M, of.C, of.K))
+    heavy, damped, stiff = (aP @ np.abs(X) @ aN for X in (of.M, of.C, of.summed))
     # centrifugal and gyroscopic terms cancel in part before they come here
     damped, stiff = damped + fastest * heavy, stiff + fastest * damped + fastest**2 * heavy
     stiff, damped = stiff + damped @ aF + heavy @ aF @ aF, damped + heavy @ aF
     stiff += STEADY / (NOISE * digits) * fastest**2 * heavy
-    # where both a shape and the stiffness have rounding for zeros, their product has more than its sums say
+    # a shape has rounding for zeros, and the product with the stiffness of what it should not move is left
     stiff += np.finfo(float).eps ** 2 / digits * _stiffest(of) * heavy
     return FirstOrder(M @ Q, (M @ F + C) @ Q, M @ F @ F + C @ F + K, Q, F, digits * np.hstack([stiff, damped @ aQ]))
 
@@ -58,7 +58,7 @@ def _stiffest(of) -> float:
     masses = np.abs(of.M.diagonal())
     has = masses > 0.0
     root = np.sqrt(masses[has])
-    return float((np.abs(of.K[np.ix_(has, has)]) / np.outer(root, root)).max(initial=0.0))
+    return float((of.summed[np.ix_(has, has)] / np.outer(root, root)).max(initial=0.0))
 
 
 def without_integrals(of: FirstOrder, states: int) -> FirstOrder:
@@ -135,11 +135,12 @@ def _zeros(B: np.ndarray, E: np.ndarray, rounded: np.ndarray) -> tuple[np.ndarra
     They are sought with forces as they are. Divided by the masses, the rounding of stiff springs on light masses would
     hide slow motions of heavy ones.
     """
-    still, zeros, left, rest = None, np.zeros((len(B), 0)), np.eye(len(B)), np.eye(len(B))
+    still, zeros, left, rest, largest = None, np.zeros((len(B), 0)), np.eye(len(B)), np.eye(len(B)), 0.0
     while rest.shape[1]:
         U, sizes, V = np.linalg.svd(left.T @ B @ rest)
         aU, aV = np.abs(left @ U), np.abs(rest @ V.T)
-        none = sizes <= NOISE * (np.sum(aU * (rounded @ aV), axis=0) + np.finfo(float).eps * sizes[0])
+        largest = max(largest, sizes[0])  # what is taken out is known to the rounding of all
+        none = sizes <= NOISE * (np.sum(aU * (rounded @ aV), axis=0) + np.finfo(float).eps * largest)
         if not np.any(none):
             break
         zeros = np.hstack([zeros, rest @ V[none].T])

@@ -60,10 +60,12 @@ def saddle(block, L, G, epsilon: float) -> sparse.csc_matrix:
 
 
 class _RigidMotions:
-    """What every body does when it moves rigidly: velocity of a point of it, and angular velocity, in W."""
+    """What every body does when it moves rigidly: velocity of a point of it, and angular velocity times the size of the
+    model, in W: so all are speeds, and weights beside each other are those of any unit.
+    """
 
     def __init__(self, system, q: np.ndarray):
-        self.system = system
+        self.system, self.size = system, system.lengths.whole
         self.bodies = [body for body in system.model.bodies if body.n_velocities]
         self.number = {body.name: k for k, body in enumerate(self.bodies)}
         self.points = np.zeros((len(self.bodies), 3))
@@ -71,6 +73,7 @@ class _RigidMotions:
         for k, body in enumerate(self.bodies):
             iq, iu = system.body_slices[body.name]
             block = _framed(q[iq]) if body.has_frame else self._of_vectors(body, q[iq], k)
+            block[:, 3:] /= self.size
             if body.has_frame:
                 self.points[k] = q[iq][:3]
             i, j = np.nonzero(block)
@@ -93,10 +96,8 @@ class _RigidMotions:
         return block.reshape(-1, 6)
 
     def metric(self, work, elastic: float, hinged: float) -> sparse.csr_matrix:
-        """Return the weights (6 nb, 6 nb) of the squares of relative motions at springs and in joints,
-        turns in lengths.
-        """
-        system, size = self.system, self.system.lengths.whole
+        """Return the weights (6 nb, 6 nb) of the squares of relative motions at springs and in joints."""
+        system = self.system
         names = {number: name for name, number in system.marker_index.items()}  # states are nowhere
         found = [
             (elastic, names[pair["a"]], names[pair["b"]])
@@ -110,8 +111,8 @@ class _RigidMotions:
             for marker, sign in zip(markers, (-1.0, 1.0), strict=True):
                 k = self.number.get(marker.rpartition(".")[0])
                 if k is not None:
-                    block = np.diag([1.0, 1.0, 1.0, size, size, size])
-                    block[:3, 3:] = -_crossing((at - self.points[k])[None])[0]
+                    block = np.eye(6)
+                    block[:3, 3:] = -_crossing((at - self.points[k])[None])[0] / self.size
                     blocks.append(sign * np.sqrt(weight) * block[None])
                     places.append(np.array([[n, k]]))
         i, j = np.indices((6, 6))
@@ -122,23 +123,30 @@ class _RigidMotions:
         )
         return J.T @ J
 
+    def largest_mass(self, M) -> float:
+        """Return the largest mass that these motions have, kg."""
+        return float((self.B.multiply(M @ self.B)).sum(axis=0).max())
+
     def spins(self, q: np.ndarray, u: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
         """Return the angular velocities (3,) of the bodies in W."""
         found = {}
         for k, body in enumerate(self.bodies):
             iq, iu = self.system.body_slices[body.name]
-            found[body.name] = y[6 * k + 3 : 6 * k + 6]
+            found[body.name] = self._angular(y, k)
             if body.has_frame:
                 R = np.empty((3, 3))
                 euler_to_matrix(q[iq][3:7], R)
                 found[body.name] = R @ u[iu][3:6]
         return found
 
+    def _angular(self, y: np.ndarray, k: int) -> np.ndarray:
+        return y[6 * k + 3 : 6 * k + 6] / self.size
+
     def turns(self, y: np.ndarray) -> sparse.csr_matrix:
         """Return the block diagonal matrix (nu, nu) of w x for every vector of the bodies without frame."""
         rows, columns, values = [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros(0)]
         for k, body in enumerate(self.bodies):
-            w = y[6 * k + 3 : 6 * k + 6]
+            w = self._angular(y, k)
             if body.has_frame or not np.any(w):
                 continue
             span = self.system.body_slices[body.name][1]
@@ -201,7 +209,7 @@ def steady_motion(system, state, work, known: bool = False) -> SteadyMotion:
 
 def _driven(system, tangent, motions: _RigidMotions, metric, rate: np.ndarray) -> np.ndarray:
     """Return the velocity (nu,) that satisfies G u + rate = 0, rigid if that is possible."""
-    B, M = motions.B, tangent.M / np.max(mass_metric(tangent.M))
+    B, M = motions.B, tangent.M / motions.largest_mass(tangent.M)
     kinetic = MOVING * (B.T @ M @ B) + 1e-3 * MOVING * sparse.identity(B.shape[1])
     y = _least_motion(metric + kinetic, kinetic, tangent.G @ B, rate)
     u = B @ y
@@ -227,7 +235,7 @@ def _least_motion(weight, kinetic, G, rate: np.ndarray) -> np.ndarray:
 
 def _fitted(M, motions: _RigidMotions, metric, u: np.ndarray) -> np.ndarray:
     """Return the rigid motions (6 nb,) nearest to velocities; a point turns with its neighbours."""
-    B, M = motions.B, M / np.max(mass_metric(M))
+    B, M = motions.B, M / motions.largest_mass(M)
     factor = splu((B.T @ M @ B + metric + 1e-9 * sparse.identity(B.shape[1])).tocsc())
     y, left = np.zeros(B.shape[1]), u.copy()
     for _ in range(3):  # what the weight of the neighbours takes from the velocities is added again
