@@ -1,7 +1,7 @@
 """A point on a rod of a hub that turns steadily: the same in any unit of length, beside its closed form.
 
-In the axes of the hub the point is at e + L, the rod is hinged at e, a spring pulls it towards the axis with T. With the
-centrifugal force, the swings in the plane and out of it obey (by hand)
+In the axes of the hub the point is at e + L, the rod is hinged at e, and a spring pulls the point towards the axis with
+T. With the centrifugal force, the swings in the plane and out of it obey (by hand)
 
     phi'' = -(e / L) (W^2 - T / (m (e + L))) phi,   psi'' = phi'' - W^2 psi.
 """
