@@ -46,6 +46,8 @@ def test_less_than_none_is_refused(rng):
     thin(R, least=-0.9e-6)
     with pytest.raises(ModelError, match="principal moments of inertia"):
         thin(R, least=-1.1e-6)
+    with pytest.raises(ModelError, match="principal moments of inertia"):
+        fmb.RigidBody("b", mass=1.0, inertia=(-0.5, 1.0, 1.0))
 
 
 def test_a_turn_that_nothing_holds_is_named_whichever_way_the_axis_points(rng):
