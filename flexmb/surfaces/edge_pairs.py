@@ -147,7 +147,32 @@ def _write_crossing(first, second, radius_a, radius_b, margin, contact):
 
 
 @inner_kernel
-def _pass_each_other(data, at_a, at_b, d, Q, contact, how):
+def _move_into_wedge(own, other, p, q):
+    """Move q, on the other edge, along it to where it cuts the wedge of faces at the own edge, on which p is: at sharp
+    ones that may be beside the nearest point. Return if it is between the ends of the other edge.
+    """
+    e, f, m, along = np.empty(3), np.empty(3), np.empty(3), 0.0
+    for i in range(3):
+        e[i], f[i] = own[3 + i] - own[i], other[3 + i] - other[i]
+    for side in range(2):
+        cross(e, own[6 + 3 * side : 9 + 3 * side], m)
+        above, rate = 0.0, dot(m, f)
+        for i in range(3):
+            above += m[i] * (q[i] - p[i])
+        if side == 1:
+            above, rate = -above, -rate
+        if above > 0.0 and rate != 0.0:
+            along = -above / rate
+    ff, at = 0.0, 0.0
+    for i in range(3):
+        at += f[i] * (q[i] - other[i])
+        ff += f[i] * f[i]
+        q[i] += along * f[i]
+    return along == 0.0 or 0.0 <= at / ff + along <= 1.0
+
+
+@inner_kernel
+def _pass_each_other(data, at_a, at_b, first, second, d, Q, contact, how):
     """Does each of two edges with a gap below zero lie within the other body? They may be on far sides instead. One
     that crosses beyond its end lies within its own.
     """
@@ -156,17 +181,22 @@ def _pass_each_other(data, at_a, at_b, d, Q, contact, how):
         return False
     near = ON * thickness
     p, q, z, n, H = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
+    own, other = np.empty(3), np.empty(3)
     for i in range(3):
-        q[i] = contact.x[i]
-        p[i] = q[i] - contact.gap * contact.n[i]
-    if how != 3 and signed_distance(data, at_a, q, np.inf, n, H) > near:
-        return False
+        q[i] = other[i] = contact.x[i]
+        p[i] = own[i] = q[i] - contact.gap * contact.n[i]
+    if how != 3:
+        between = _move_into_wedge(first, second, p, other)
+        if not between or signed_distance(data, at_a, other, np.inf, n, H) > near:
+            return False
     if how == 2:
         return signed_distance(data, at_a, p, np.inf, n, H) <= near
+    if not _move_into_wedge(second, first, q, own):
+        return False
     for i in range(3):
-        p[i] -= d[i]
+        own[i] -= d[i]
         q[i] -= d[i]
-    matvec_t(Q, p, z)
+    matvec_t(Q, own, z)
     if signed_distance(data, at_b, z, np.inf, n, H) > near:
         return False
     if how == 1:
@@ -273,7 +303,7 @@ def find_crossings(edges, own, other, data, at_a, at_b, margin, nearest, d, Q, c
     radius_a, radius_b = edges[own + ROUND], edges[other + ROUND]
     nodes_a, nodes_b = own + int(edges[own + NODES_AT]), other + int(edges[other + NODES_AT])
     lines_a, lines_b = own + int(edges[own + EDGES_AT]), other + int(edges[other + EDGES_AT])
-    first, at = found, np.empty(LINE)
+    begun, at = found, np.empty(LINE)
     stack = np.zeros((2 * DEPTH, 2), np.int64)
     top = 1
     while top > 0:
@@ -298,19 +328,20 @@ def find_crossings(edges, own, other, data, at_a, at_b, margin, nearest, d, Q, c
             place_edge(edges, lines_b + LINE * m, d, Q, at)
             for k in range(code_a // 16, code_a // 16 + code_a % 16):
                 line = lines_a + LINE * k
-                to = first if nearest else min(found, len(contacts) - 1)
+                to = begun if nearest else min(found, len(contacts) - 1)
                 contact = contacts[-1] if nearest else contacts[to]
-                how = _write_crossing(edges[line : line + LINE], at, radius_a, radius_b, margin, contact)
+                first = edges[line : line + LINE]
+                how = _write_crossing(first, at, radius_a, radius_b, margin, contact)
                 if how == 0:
                     continue
                 # one for which there is no room is in the place of the last that was found: it counts unseen
                 seen = nearest or found < len(contacts)
-                if seen and contact.gap < 0.0 and not _pass_each_other(data, at_a, at_b, d, Q, contact, how):
+                if seen and contact.gap < 0.0 and not _pass_each_other(data, at_a, at_b, first, at, d, Q, contact, how):
                     continue
                 if nearest:
                     margin = contact.gap
-                    contacts[first] = contact
-                    found = first + 1
+                    contacts[begun] = contact
+                    found = begun + 1
                 else:
                     found += 1
     return found

@@ -111,6 +111,25 @@ def angle_bracket():
     return vertices, np.vstack([cap[:, ::-1], cap + 6, sides])
 
 
+@pytest.mark.parametrize("tilt", [0.0, 0.2, 0.5, 1.0, -1.0])
+def test_a_tilted_knife_cuts_the_rims_of_a_face(tilt):
+    """A blade of 0.5 rad, longer than an L is wide, touches both rims; their nearest points are beside it."""
+    wide = 0.5 * np.tan(0.25)
+    knife = np.array([(x, y, z) for y in (-1, 1.5) for x, z in ((0, 0), (wide, 0.5), (-wide, 0.5))])
+    surfaces = [
+        fmb.Surface("a", marker="x.y", shape=fmb.TriangleMesh(*angle_bracket())),
+        fmb.Surface("b", marker="x.y", shape=fmb.Hull(points=knife)),
+    ]
+    data, at = np.concatenate([s.packed for s in surfaces]), len(surfaces[0].packed)
+    edges = [s.packed_edges for s in surfaces]
+    turn, contacts, depth = Rotation.from_rotvec((0, tilt, 0)).as_matrix(), np.zeros(100, CONTACT), 1e-4
+    d = np.array((1.5, 0.0, 1.0 - depth))
+    count = find_crossings(np.concatenate(edges), 0, len(edges[0]), data, 0, at, 1e-3, False, d, turn, contacts, 0)
+    assert sorted(contacts["x"][:count, 1]) == pytest.approx([0.0, 1.0], abs=1e-12)
+    assert contacts["gap"][:count] == pytest.approx(np.full(2, -depth), rel=1e-9)
+    assert contacts["n"][:count] == pytest.approx(np.tile((0.0, 0.0, 1.0), (2, 1)), abs=1e-12)
+
+
 def test_contacts_that_fill_their_room_stay_as_they_are(rng):
     """What is looked at and is none is not left in the place of the last one."""
     surface = fmb.Surface("a", marker="x.y", shape=fmb.TriangleMesh(*angle_bracket()))
