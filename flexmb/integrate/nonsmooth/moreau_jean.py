@@ -39,6 +39,9 @@ class MoreauJean(metaclass=Described):
         in which it is not reached ends the run.
     sweeps : int
         Most sweeps over all contacts in a step.
+    follow_errors : bool
+        Follow what the errors of the steps add up to, until something touches, and warn of it. It costs half as much
+        again.
 
     Source: Moreau 1988; Jean 1999; Acary 2013 (projection); Alart & Curnier 1991 (contacts).
     """
