@@ -78,6 +78,6 @@ def test_pages_too():
 )
 def test_numbers_of_colour_bars(largest, written):
     """Three digits, or all before the point: "6.001" said no more than 6."""
-    form = bar("stress [MPa]", largest)["fmt"]
+    form = bar("stress [MPa]", largest, (1600, 900))["fmt"]
     parts = np.linspace(0.0, largest, 5)[1:]
     assert [form % x for x in (parts if len(written) == 4 else parts[[0, 3]])] == written
