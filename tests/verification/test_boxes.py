@@ -3,6 +3,8 @@
 References: balance of moments by hand, distances of convex bodies by coal.
 """
 
+import re
+
 import numpy as np
 import pytest
 
@@ -84,6 +86,17 @@ def test_contacts_that_are_not_solved_end_the_run(tolerance):
     method = fmb.MoreauJean(step=5e-3, tolerance=tolerance, sweeps=2)
     with pytest.raises(fmb.IntegrationError, match=r"laws of contact between .* are missed by .* after 2 sweeps"):
         fmb.simulate(boxes(*tower), 0.1, integrator=method, samples=3)
+
+
+def test_a_tolerance_is_named_with_which_a_step_is_taken():
+    tower = [cube((0, 0, 0.1 + SIDE * k), turned((0, 0, 1), 0.3 * k)) for k in range(8)]
+    method = fmb.MoreauJean(step=5e-3, tolerance=1e-18, sweeps=24)
+    with pytest.raises(fmb.IntegrationError, match="would take this step") as caught:
+        fmb.simulate(boxes(*tower), 5e-3, integrator=method, samples=2)
+    enough = float(re.search(r"tolerance = (\S+) would", str(caught.value))[1])
+    assert enough > 1e-18
+    looser = fmb.MoreauJean(step=5e-3, tolerance=enough, sweeps=24)
+    assert fmb.simulate(boxes(*tower), 5e-3, integrator=looser, samples=2).status.ok
 
 
 def test_a_first_step_that_is_refused_is_solved_once(monkeypatch):

@@ -52,6 +52,8 @@ IMPACT = 0.1
 CUT, DIVERGED = "cut at contacts", "rejected by iteration"
 EFFORT = "iterations", "sweeps", "steps of Newton over contacts"
 """Statistics that count steps which are taken back, too."""
+LOOSE = 1e-2
+"""Tolerance of contacts up to which one is named that would take a step: more would change the motion."""
 LEFT = "largest residual of contacts [m/s]"
 """Name of what the worst contact of all steps was left off its laws, in the statistics."""
 
@@ -236,10 +238,12 @@ class Stepper:
         point = problem.points[solved.worst]
         names = [self._marker_name(int(point[side])) for side in "ab"]
         force = self.system.model.forces[point["owner"]]
+        missed = self.settings.tolerance * solved.residual / goal if goal > 0.0 else np.inf
+        enough = f"; tolerance = {10.0 ** np.ceil(np.log10(missed)):.0e} would take this step" if missed < LOOSE else ""
         return (
             f"{force.title}: the laws of contact between '{names[0]}' and '{names[1]}' are missed by "
             f"{solved.residual:.3g} m/s after {solved.sweeps} sweeps and {solved.newton} steps of Newton's method "
-            f"at t = {self.t:.9g} s; expected: {goal:.3g} m/s"
+            f"at t = {self.t:.9g} s; expected: {goal:.3g} m/s{enough}"
         )
 
     def _marker_name(self, number: int) -> str:
