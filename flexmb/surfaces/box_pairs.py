@@ -14,6 +14,7 @@ import numpy as np
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import dot
+from flexmb.surfaces.polygons import cut_polygon
 from flexmb.surfaces.records import CODE, HEADER
 
 __all__ = ["BOX", "are_boxes", "find_between_boxes", "plane_between_boxes"]
@@ -87,24 +88,6 @@ def plane_between_boxes(data, at_a, at_b, d, Q, n):
 
 
 @inner_kernel
-def _cut(polygon, count, axis, side, half, out):
-    """Write the part of a polygon (count, 3) with side x[axis] <= half to `out`; return its number of corners."""
-    made = 0
-    for m in range(count):
-        p, q = polygon[m], polygon[(m + 1) % count]
-        above, next_above = side * p[axis] - half, side * q[axis] - half
-        if above <= 0.0:
-            out[made] = p
-            made += 1
-        if (above < 0.0 and next_above > 0.0) or (above > 0.0 and next_above < 0.0):
-            part = above / (above - next_above)
-            for i in range(3):
-                out[made, i] = p[i] + part * (q[i] - p[i])
-            made += 1
-    return made
-
-
-@inner_kernel
 def _face_points(own, other, d, Q, n, face, margin, points):
     """Write the corners (n, 3) of the other box's face that looks at the face `face` of a box, cut to its outline.
 
@@ -119,7 +102,7 @@ def _face_points(own, other, d, Q, n, face, margin, points):
     along = n[0] * Q[0, axis] + n[1] * Q[1, axis] + n[2] * Q[2, axis]
     side = -1.0 if along > 0.0 else 1.0
     u, w = (axis + 1) % 3, (axis + 2) % 3
-    polygon, cut = np.empty((MOST, 3)), np.empty((MOST, 3))
+    polygon, cut, wall = np.empty((MOST, 3)), np.empty((MOST, 3)), np.empty(3)
     for m in range(4):
         s = 1.0 if m == 0 or m == 3 else -1.0
         t = 1.0 if m < 2 else -1.0
@@ -128,8 +111,11 @@ def _face_points(own, other, d, Q, n, face, margin, points):
     count = 4
     for step in range(1, 3):
         border = (face + step) % 3
-        count = _cut(polygon, count, border, 1.0, own[border], cut)
-        count = _cut(cut, count, border, -1.0, own[border], polygon)
+        wall[:] = 0.0
+        wall[border] = 1.0
+        count = cut_polygon(polygon, count, wall, own[border], 0.0, cut)
+        wall[border] = -1.0
+        count = cut_polygon(cut, count, wall, own[border], 0.0, polygon)
     found = 0
     for m in range(count):
         if dot(n, polygon[m]) - own[face] < margin:

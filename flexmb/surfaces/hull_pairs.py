@@ -15,6 +15,7 @@ from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.vectors import cross, dot
 from flexmb.surfaces.edge_pairs import PARALLEL, points_of_crossing, seen_from_b
 from flexmb.surfaces.edges import CORNERS, CORNERS_AT, EDGES, EDGES_AT, FACE, FACES, FACES_AT, LINE, OUTLINES_AT
+from flexmb.surfaces.polygons import cut_polygon
 
 __all__ = ["find_between_hulls", "have_faces", "plane_between_hulls"]
 
@@ -190,23 +191,11 @@ def _cut(polygon, count, u, w, n, out):
     """Write the part of a polygon (count, 3) on the inner side of the edge from u to w of a face with the normal n to
     `out`; return its number of corners.
     """
-    side, edge, made = np.empty(3), np.empty(3), 0
+    side, edge = np.empty(3), np.empty(3)
     for i in range(3):
         edge[i] = w[i] - u[i]
     cross(edge, n, side)
-    border, on = dot(side, u), ON * dot(edge, edge)
-    for m in range(count):
-        p, q = polygon[m], polygon[(m + 1) % count]
-        above, next_above = dot(side, p) - border, dot(side, q) - border
-        if above <= on:
-            out[made] = p
-            made += 1
-        if (above < -on and next_above > on) or (above > on and next_above < -on):
-            part = above / (above - next_above)
-            for i in range(3):
-                out[made, i] = p[i] + part * (q[i] - p[i])
-            made += 1
-    return made
+    return cut_polygon(polygon, count, side, dot(side, u), ON * dot(edge, edge), out)
 
 
 @inner_kernel

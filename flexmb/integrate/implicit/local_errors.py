@@ -86,24 +86,25 @@ def _by_one(r, b, h):
 
 
 @inner_kernel
+def _summed(w, before, now, i):
+    """Return the sum of weights (18,) with rates of the stages of the step before and of this one, one coordinate."""
+    total = 0.0
+    for j in range(KEPT):
+        total += w[j] * before[j, i]
+    for j in range(STAGES):
+        total += w[2 * STAGES + j] * now[j, i]
+    return total
+
+
+@inner_kernel
 def _by_two(r, b, h, weights):
     """Write that of any equations, as the stages of this step and of the one before tell it."""
     b.sizes[0], b.sizes[1], b.sizes[2] = b.own[0].before / h, b.own[0].passed / h, 1.0
     weights_of_two(weights, b.sizes, b.trees, b.w)
     for i in range(len(b.dv)):
-        error = 0.0
-        for j in range(KEPT):
-            error += b.w[j] * b.A[j, i]
-        for j in range(STAGES):
-            error += b.w[2 * STAGES + j] * r.A[j, i]
-        b.change[i] = b.free[i] * h * error
+        b.change[i] = b.free[i] * h * _summed(b.w, b.A, r.A, i)
     for i in range(len(b.dx)):
-        error = 0.0
-        for j in range(KEPT):
-            error += b.w[j] * b.K[j, i]
-        for j in range(STAGES):
-            error += b.w[2 * STAGES + j] * r.K[j, i]
-        b.k[i] = h * error
+        b.k[i] = h * _summed(b.w, b.K, r.K, i)
 
 
 @inner_kernel

@@ -25,6 +25,10 @@ SAME, ALIKE = 1e-5, 1e-6
 BETTER = 1e-6
 """By how much, relative to the thinner body, an edge must be farther than a face to give the normal of convex ones."""
 
+PLACES = (array_type(FLOATS), COUNT, COUNT)
+OF_SOLIDS = (*PLACES, *PLACES, NUMBER, array_type(FLOATS), array_type(FLOATS, 2), array_type(CONTACT))
+"""Arguments of both kernels: bulk data and edges with two places each, a gap, d and Q of b, contacts."""
+
 
 @inner_kernel
 def _slack(data, at_a, at_b):
@@ -78,19 +82,7 @@ def _found_between(data, at_a, at_b, edges, own, other, margin, d, Q, contacts):
     return find_crossings(edges, own, other, data, at_a, at_b, margin, False, d, Q, contacts, count)
 
 
-@kernel_on_demand(
-    COUNT,
-    array_type(FLOATS),
-    COUNT,
-    COUNT,
-    array_type(FLOATS),
-    COUNT,
-    COUNT,
-    NUMBER,
-    array_type(FLOATS),
-    array_type(FLOATS, 2),
-    array_type(CONTACT),
-)
+@kernel_on_demand(COUNT, *OF_SOLIDS)
 def found_between_solids(data, at_a, at_b, edges, own, other, margin, d, Q, contacts):
     """Write the contacts of two solids with a gap below the margin, m; return how many, those for which there is no
     room included.
@@ -104,20 +96,7 @@ def found_between_solids(data, at_a, at_b, edges, own, other, margin, d, Q, cont
     return _once(contacts, count, SAME * min(data[at_a + THICKNESS], data[at_b + THICKNESS]))
 
 
-@kernel_on_demand(
-    NUMBER,
-    array_type(FLOATS),
-    COUNT,
-    COUNT,
-    array_type(FLOATS),
-    COUNT,
-    COUNT,
-    NUMBER,
-    array_type(FLOATS),
-    array_type(FLOATS, 2),
-    array_type(CONTACT),
-    array_type(FLOATS),
-)
+@kernel_on_demand(NUMBER, *OF_SOLIDS, array_type(FLOATS))
 def gap_of_solids(data, at_a, at_b, edges, own, other, enough, d, Q, contacts, n):
     """Return the gap of two solids, m, but none below zero, and none above `enough` (m) that is looked for; write its
     normal (3,). Arguments as those of `found_between_solids`.

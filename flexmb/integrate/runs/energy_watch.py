@@ -127,6 +127,12 @@ class EnergyWatch:
         if hasattr(integrator, "kinetic"):
             self.between = max(self.between, integrator.kinetic(variables))
 
+    def tell(self, integrator: Any, variables: Any, steps: int, validity: Any) -> None:
+        """Warn and note what the balance shows of a phase that has come so far in a number of steps."""
+        self.hear(integrator, variables)
+        validity.tell([*self.sentences(steps, integrator), *self.made_by_impacts(variables)])
+        validity.note(self.notes(steps))
+
     def lay_blame(self) -> None:
         """Lay the energy that was left since the last call on the contact or friction that did most since then, else on
         the body whose inertia did.

@@ -320,11 +320,8 @@ class Phases:
         self.kept.look(getattr(self.variables, "switching", None))
         if self.kept.energy is not None:
             steps = self.integrator.statistics(self.variables).get("steps", 0)
-            chatters = chattering(system, getattr(self.variables, "switching", None), steps)
-            self.kept.energy.hear(self.integrator, self.variables)
-            made = self.kept.energy.made_by_impacts(self.variables)
-            self.validity.tell([*self.kept.energy.sentences(steps, self.integrator), *made, *chatters])
-            self.validity.note(self.kept.energy.notes(steps))
+            self.kept.energy.tell(self.integrator, self.variables, steps, self.validity)
+            self.validity.tell(chattering(system, getattr(self.variables, "switching", None), steps))
         divided = divided_steps(self.integrator, self.statistics, self.t)
         coarse = self.contacts.sentences(self.t - float(self.times[0]))
         self.validity.tell([*divided, *sentences_about(self.jumps), *self.validity.creeps(), *coarse])

@@ -366,12 +366,11 @@ class SteppedPhase:
         if error is not None and not self.error_told and (sentences := error.sentences(self.integrator)):
             self.error_told = True
             validity.tell(sentences)
-        self.energy.hear(self.integrator, self.variables)
+        self.energy.tell(self.integrator, self.variables, steps, validity)
         chatters = chattering(self.system, getattr(self.variables, "switching", None), steps)
-        validity.tell([*self.energy.sentences(steps, self.integrator), *sentences_about(self.jumps), *chatters])
+        validity.tell([*sentences_about(self.jumps), *chatters])
         validity.tell(self.sunk.look(self.system, getattr(self.variables, "switching", None)))
         validity.tell(self.contacts.sentences(self.t - float(self.rows[0]["t"][0])))
-        validity.note(self.energy.notes(steps))
 
 
 def new_phase(
