@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
@@ -84,6 +84,10 @@ class Body(Part):
 
     def modal_link(self) -> ModalLink | None:
         """Return what a body with a frame and modes is as a link of a tree; None if its kind does not tell."""
+        return None
+
+    def link_source(self) -> Hashable | None:
+        """Return what `modal_link` follows from: bodies with equal sources are equal links; None: unknown."""
         return None
 
     @property

@@ -138,6 +138,20 @@ class Model(metaclass=Described):
         """Poses of the markers of each body that was asked for: a skin has hundreds, and asks for each of them."""
         return {}
 
+    @property
+    def sensors_by_name(self) -> Mapping[str, Any]:
+        """The sensors by name."""
+        return self._by_name["sensors"]
+
+    @cached_property
+    def turn_drives(self) -> dict[tuple[str, ...], list[Any]]:
+        """Joints that prescribe an angle, by the markers between which they do."""
+        found: dict[tuple[str, ...], list[Any]] = {}
+        for joint in self.joints:
+            if getattr(joint, "angle", None) is not None:
+                found.setdefault(tuple(joint.resolved_markers(self)), []).append(joint)
+        return found
+
     def body(self, name: str, asker: str = "Model"):
         """Return the body of this name."""
         return find_part(name, self._by_name["bodies"], asker, "body")

@@ -101,7 +101,7 @@ def found_in(model, name: str) -> tuple[Any, int | None] | None:
 
     None alone if nothing has this name, or several columns but not all of them.
     """
-    sensors = {sensor.name: sensor for sensor in model.sensors}
+    sensors = model.sensors_by_name
     if not isinstance(name, str) or name in sensors:
         return (sensors[name], None) if isinstance(name, str) else None
     # columns of others are not asked: they may fail

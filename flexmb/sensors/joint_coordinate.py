@@ -135,9 +135,7 @@ class JointCoordinate(Sensor):
     @staticmethod
     def _drive(model, coordinate, names):
         """Return the drive that prescribes the turn, or None."""
-        for drive in model.joints:
-            if getattr(drive, "angle", None) is None or tuple(drive.resolved_markers(model)) != names:
-                continue
+        for drive in model.turn_drives.get(names, ()):
             if joint_coordinate(model.joint(drive.joint), "", drive.freedom or "turn", "turn") == coordinate:
                 return drive
         return None

@@ -87,24 +87,30 @@ def misfits(model) -> list[str]:
 def _elastic(model):
     """Yield every elastic body, its size, m, and the places at which joints hold it to rigid bodies or the ground."""
     bodies = {body.name: body for body in model.bodies}
+    held = _held(model)
     for body in model.bodies:
         if not (body.has_frame and body.n_vector):
             continue
-        poses = body.marker_poses()
         size = float(np.linalg.norm(np.ptp(np.array(body.bounds(), float), axis=0)))
         places = []
-        for joint in model.joints:
-            if not any(isinstance(equation, Coincident) for equation in joint.forbids):
-                continue
+        for joint in held.get(body.name, ()):
             markers = joint.resolved_markers(model)
             for own, other in (markers[:2], markers[1::-1]):
-                name, _, marker = own.partition(".")
                 partner = bodies.get(other.partition(".")[0])
-                if name != body.name or partner is None or partner is body or partner.n_vector:
+                if own.partition(".")[0] != body.name or partner is None or partner is body or partner.n_vector:
                     continue
-                far = partner.marker_poses()[other.partition(".")[2]]
-                places.append(_Place(joint, own, other, np.asarray(poses[marker].at), np.asarray(far.at)))
+                places.append(_Place(joint, own, other, *(np.asarray(model.marker(m)[1].at) for m in (own, other))))
         yield body, size, places
+
+
+def _held(model) -> dict[str, list]:
+    """Return, by names of bodies, the joints that hold a place of them."""
+    held: dict[str, list] = {}
+    for joint in model.joints:
+        if any(isinstance(equation, Coincident) for equation in joint.forbids):
+            for name in dict.fromkeys(marker.partition(".")[0] for marker in joint.resolved_markers(model)[:2]):
+                held.setdefault(name, []).append(joint)
+    return held
 
 
 def _misfit(one: _Place, two: _Place) -> tuple[float, float, float]:

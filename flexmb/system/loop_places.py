@@ -40,6 +40,9 @@ class LoopPlaces:
         self._sides = [
             [(side, legs[leg]) for side, leg in enumerate((atom["leg_a"], atom["leg_b"])) if leg >= 0] for atom in atoms
         ]
+        self._more: dict[int, list[int]] = {}  # further atoms with derivatives of one
+        for k, source in enumerate(atoms["source"].tolist()):
+            self._more.setdefault(source, []).append(k)
         self._first_pair = len(compiler.pairs)
         self._one_way = DIRECT if both_sides else ONE_WAY
         self._own: list[tuple[int, int]] = []
@@ -60,10 +63,9 @@ class LoopPlaces:
     def add(self, slot: int, marker: int, component: int = -1, channel: int = -1) -> None:
         """Let a program act on a marker: on a state, a component of its rate, or by the channel of a force."""
         by_marker: dict[int, list[tuple[int, int, int]]] = {}
-        sources = self._atoms["source"].tolist()
         for k, atom in enumerate(self._read[slot]):
             number = 1 + self._starts[slot] + k
-            for a in (atom, *(more for more, source in enumerate(sources) if source == atom)):
+            for a in (atom, *self._more.get(atom, ())):
                 for side, other in self._sides[a]:
                     if component >= 0 and self._atoms[a]["what"] == _STATE:
                         place = marker, component, other, int(self._atoms[a]["axis"])

@@ -40,6 +40,7 @@ class Loops:
     def __init__(self, compiler):
         self.compiler = compiler
         self.atoms: list[Measured] = []
+        self._atom_numbers: dict[Measured, int] = {}
         self.programs: list[SignalProgram] = []
         self.addresses: list[int] = []
         self.outputs: list[tuple[int, int]] = []
@@ -49,6 +50,7 @@ class Loops:
         self._known: dict[int, SignalProgram] = {}
         self._open: dict[int, str] = {}
         self._numbers: dict[int, int] = {}
+        self._slot_of: dict[int, int] = {}
         self._slots: dict[tuple, int] = {}
         self._blocks: dict[int, tuple[str, tuple[str, ...]]] = {}
         self._waiting: list[tuple[Block, str]] = []
@@ -73,9 +75,10 @@ class Loops:
             number = self.compiler.signal(Constant(0.0))  # its value is written by the loop
             self._numbers[id(signal)] = number
             self.outputs.append((slot, number))
+            self._slot_of[number] = slot
             self.kept.append(signal)
         number = self._numbers[id(signal)]
-        slot = next(slot for slot, known in self.outputs if known == number)
+        slot = self._slot_of[number]
         first = len(self.channels)
         self.channels += [(slot, marker) for marker in markers]
         return number, tuple(range(first, len(self.channels)))
@@ -107,9 +110,10 @@ class Loops:
             times, plus = SignalProgram.of((op.MULTIPLY, 0.0)), SignalProgram.of((op.ADD, 0.0))
             terms = [self._atom(a).then(self._atom(b), times) for a, b in scalar.products]
             return terms[0].then(terms[1], plus, terms[2], plus)
-        if scalar not in self.atoms:
+        known = self._atom_numbers.setdefault(scalar, len(self.atoms))
+        if known == len(self.atoms):
             self.atoms.append(scalar)
-        return input_program(self.atoms.index(scalar))
+        return input_program(known)
 
     def _program(self, signal: Signal) -> SignalProgram:
         """Return the program of a signal, in atoms and in the results of programs."""
@@ -221,7 +225,7 @@ class Loops:
         reads = tuple(self.follow(signal, ())[0] for signal in block.reads())
         crossing = -1 if passes is None else self.follow(passes, ())[0]
         if passes is not None:
-            slot = next(slot for slot, known in self.outputs if known == crossing)
+            slot = self._slot_of[crossing]
             self.kinks.append((slot, Kink(-int(KINK), self.programs[slot]), title))
         self.holds.append(Hold(title, block, branches, reads, crossing, clock, block.period or 1.0, block.offset))
 

@@ -65,13 +65,29 @@ def elimination_order(
 class _Elimination:
     """What is left of a graph of bodies and joints while its nodes are taken out one by one."""
 
-    __slots__ = ("bodies_of", "done", "joints_of", "leaves", "n_bodies", "neighbours", "sizes", "used", "waiting")
+    __slots__ = (
+        "bodies_of",
+        "done",
+        "joints_of",
+        "leaves",
+        "n_bodies",
+        "neighbours",
+        "rows",
+        "sizes",
+        "standing",
+        "used",
+        "waiting",
+    )
 
     def __init__(self, sizes: list[int], n_bodies: int, neighbours: list[set[int]], waiting: set[int], leaves: bool):
         self.sizes, self.n_bodies, self.neighbours = sizes, n_bodies, neighbours
         self.waiting, self.leaves = waiting, leaves
         self.bodies_of = {j: {b for b in neighbours[j] if b < n_bodies} for j in range(n_bodies, len(sizes))}
-        self.joints_of = [{j for j in neighbours[b] if j >= n_bodies} for b in range(n_bodies)]
+        self.standing = dict.fromkeys(self.bodies_of, 0)  # bodies of a joint that are not eliminated
+        for j, bodies in self.bodies_of.items():
+            self.standing[j] = len(bodies)
+        self.joints_of = [{j for j in neighbours[b] if j >= n_bodies} for b in range(n_bodies)]  # not eliminated
+        self.rows = [sum(sizes[k] for k in around) for around in neighbours]  # around every node
         self.done = [False] * len(sizes)
         self.used = [False] * n_bodies  # bodies that a joint was eliminated after
 
@@ -79,37 +95,44 @@ class _Elimination:
         """Is the pivot of a node certain to be regular now?"""
         if node < self.n_bodies:
             return True
-        bodies, done = self.bodies_of[node], self.done
-        if all(done[b] for b in bodies):
+        if self.standing[node] == 0:
             return True
-        return node not in self.waiting and any(self._held_only_by(node, b) for b in bodies)
+        return node not in self.waiting and any(self._held_only_by(node, b) for b in self.bodies_of[node])
 
     def _held_only_by(self, joint: int, body: int) -> bool:
         """Is a joint the last one of a body that is eliminated, and not larger than it?"""
-        done = self.done
-        if not done[body] or self.used[body] or self.sizes[joint] > self.sizes[body]:
+        if not self.done[body] or self.used[body] or self.sizes[joint] > self.sizes[body]:
             return False
-        return all(done[j] for j in self.joints_of[body] if j != joint)
+        return len(self.joints_of[body]) == (joint in self.joints_of[body])
 
     def weight(self, node: int) -> int:
         """Return how many rows are around a node; 0 of one that fills nothing in, if those come first."""
         around = self.neighbours[node]
         if self.leaves and len(around) <= FEW and all(b in self.neighbours[a] for a, b in combinations(around, 2)):
             return 0
-        return sum(self.sizes[k] for k in around)
+        return self.rows[node]
 
     def take(self, node: int) -> set[int]:
         """Eliminate a node, which joins its neighbours; return the nodes that this may permit or make lighter."""
-        later, neighbours = self.neighbours[node], self.neighbours
+        later, neighbours, sizes = self.neighbours[node], self.neighbours, self.sizes
         self.done[node] = True
         for k in later:
+            new = later - neighbours[k]
+            new.discard(k)
             neighbours[k].discard(node)
-            neighbours[k] |= later
-            neighbours[k].discard(k)
-        bodies = self.bodies_of.get(node, {node})
-        for b in bodies - {node}:
+            neighbours[k] |= new
+            self.rows[k] += sum(sizes[other] for other in new) - sizes[node]
+        if node < self.n_bodies:
+            for j in self.joints_of[node]:
+                self.standing[j] -= 1
+            return later | self.joints_of[node]
+        touched = set(later)
+        for b in self.bodies_of[node]:
             self.used[b] |= self.done[b]
-        return later.union(*(self.joints_of[b] for b in bodies))
+            self.joints_of[b].discard(node)
+            if len(self.joints_of[b]) == 1:  # the last one may have become permitted
+                touched |= self.joints_of[b]
+        return touched
 
 
 def multiplications(sizes: list[int], order: list[int], after: list[list[int]]) -> float:
@@ -192,7 +215,8 @@ def _one_way_blocks(
     left = [set(columns) for columns in reads]
     first, later, readers = states_first(sizes, states, left)
     order, after = cheapest_order(sizes, n_bodies, both_ways(left, first), waiting)
-    rest = [(node, columns) for node, columns in zip(order, after, strict=True) if node not in set(first)]
+    taken = set(first)
+    rest = [(node, columns) for node, columns in zip(order, after, strict=True) if node not in taken]
     groups = _grouped(sizes, first, later, readers, states)[0]
     groups += joined_blocks(sizes, [node for node, _ in rest], [columns for _, columns in rest], states)[0]
     earlier, after_all = filled(groups, reads)

@@ -100,10 +100,11 @@ class _Groups:
 
 def _edges(system, cut, allowed) -> tuple[dict[str, tuple[int, int]], dict[str, list[int]]]:
     """Return the two markers of every joint that can be a tree joint, and the equations of each with its drives."""
-    legs, markers = system.tables["legs"], system.tables["markers"]
+    legs, bodies = system.tables["legs"], system.tables["markers"]["body"].tolist()
+    cut, may = set(cut), None if allowed is None else set(allowed)
     of_equation: dict[int, list[int]] = {}
-    for leg in legs:
-        of_equation.setdefault(int(leg["equation"]), []).append(int(leg["marker"]))
+    for equation, marker in zip(legs["equation"].tolist(), legs["marker"].tolist(), strict=True):
+        of_equation.setdefault(equation, []).append(marker)
     ends: dict[str, tuple[int, int]] = {}
     equations: dict[str, list[int]] = {}
     for joint in system.joints:
@@ -111,14 +112,10 @@ def _edges(system, cut, allowed) -> tuple[dict[str, tuple[int, int]], dict[str, 
         used = {m for e in range(span.start, span.stop) for m in of_equation[e]}
         leader = getattr(joint, "joint", joint.name) if joint.prescribes else joint.name
         # what relates coordinates, or velocities against W, does not see the relative motion of two markers alone
-        if (
-            joint.couples
-            or joint.name in cut
-            or (leader == joint.name and allowed is not None and leader not in allowed)
-        ):
+        if joint.couples or joint.name in cut or (leader == joint.name and may is not None and leader not in may):
             continue
         places = tuple(system.marker_index[m] for m in joint.resolved_markers(system.model))
-        if len(places) == 2 and used == set(places) and len({int(markers[m]["body"]) for m in used}) == 2:
+        if len(places) == 2 and used == set(places) and len({bodies[m] for m in used}) == 2:
             if leader == joint.name:
                 ends[joint.name] = places
             equations.setdefault(leader, []).extend(range(span.start, span.stop))
@@ -171,26 +168,27 @@ def spanning_tree(system, cut: tuple[str, ...] = (), carriers: Carriers | None =
             )
     allowed, wanted = carriers or (None, ())
     ends, equations = _edges(system, cut, allowed)
-    body = system.tables["markers"]["body"]
+    body = system.tables["markers"]["body"].tolist()
     moving = [k for k, name in enumerate(names) if slices[name][1].stop > slices[name][1].start]
     still = sorted(set(range(len(names))) - set(moving))
     groups = _Groups(len(names))
     for k in still[1:]:
         groups.join(still[0], k)
-    candidates = sorted(ends, key=lambda n: (n not in wanted, -len(equations[n])))
+    first = set(wanted)
+    candidates = sorted(ends, key=lambda n: (n not in first, -len(equations[n])))
     kept = [
         n
         for n in candidates
         if _has_frame(system, names, ends[n], body) and groups.join(int(body[ends[n][0]]), int(body[ends[n][1]]))
     ]
-    for name in wanted:
-        if name not in kept:
-            raise CompileError(
-                f"Joint '{name}'",
-                found="it closes a loop, or holds a body that has no frame",
-                expected="joints to keep that form a tree of bodies with frames",
-                remedy=f"Cut one of the other joints, or leave '{name}' out of keep",
-            )
+    if left_out := first.difference(kept):
+        name = next(name for name in wanted if name in left_out)
+        raise CompileError(
+            f"Joint '{name}'",
+            found="it closes a loop, or holds a body that has no frame",
+            expected="joints to keep that form a tree of bodies with frames",
+            remedy=f"Cut one of the other joints, or leave '{name}' out of keep",
+        )
     order, entry, trees = _walk(kept, ends, body, still, moving)
     return _finished(system, names, order, entry, trees, ends, equations)
 
@@ -243,7 +241,8 @@ def _finished(system, names, order, entry, trees, ends, equations) -> Spanning:
     body = system.tables["markers"]["body"]
     place = {k: n for n, k in enumerate(order)}
     first_marker = {int(k): n for n, k in reversed(list(enumerate(body)))}
-    slices = [system.slices[names[k]] for k in order]
+    of_name = system.slices
+    slices = [of_name[names[k]] for k in order]
     frame = np.array([system.has_frame(names[k]) and k in first_marker for k in order], bool)
     parent, inner, outer, rows, starts = [], [], [], [], [0]
     for n, k in enumerate(order):

@@ -238,6 +238,12 @@ class FloatingBody(Body):
         """Return what the body is as a link of a tree; None for planar data."""
         return modal_link(self)
 
+    def link_source(self):
+        """Return the data, by identity, and what of the body's own fields the link follows from."""
+        turned = tuple((name, pose.at, pose.matrix.tobytes()) for name, pose in (self.markers or {}).items())
+        damping = np.asarray(self.damping, float)
+        return id(self.reduced), self.stiffening_groups, damping.shape, damping.tobytes(), turned
+
     @property
     def stiffening_groups(self) -> tuple[str, ...]:
         """Names of the groups of geometric stiffness that act."""

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.constraints import Coordinate
 from flexmb.errors import CompileError, ModelError, did_you_mean
 from flexmb.math.jets import SignalCode, sample_signals
 from flexmb.math.tables import State, Work
-from flexmb.math.weights import weigh, weigh_mass
+from flexmb.math.weights import weigh
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import pack
@@ -23,16 +22,16 @@ from flexmb.system.program import evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.coordinates.carriers import carriers
 from flexmb.tree.coordinates.joint_jacobian import joint_jacobian
-from flexmb.tree.coordinates.joint_torques import gather_torques
-from flexmb.tree.coordinates.motions import FREE, HINGED, describable, joint_labels, motion_rows
+from flexmb.tree.coordinates.motions import counted_turns, describable, labels, motion_rows
 from flexmb.tree.coordinates.no_inertia import without_inertia
 from flexmb.tree.coordinates.passes import read_state
-from flexmb.tree.coordinates.products import mass_product, mass_solution
+from flexmb.tree.coordinates.products import mass_product, mass_solution, torques
 from flexmb.tree.coordinates.reach import reach
 from flexmb.tree.coordinates.relative_state import RelativeState, checked_numbers
 from flexmb.tree.coordinates.settle import Chart, new_chart, place, settle
 from flexmb.tree.rigid.link_tree import LinkTree, link_tree
 from flexmb.tree.rigid.motion import evaluate_links, ready
+from flexmb.tree.rigid.products import invertible
 from flexmb.tree.spanning import Spanning, spanning_tree
 
 __all__ = ["JointTree"]
@@ -100,39 +99,33 @@ class JointTree:
         self.work = self.system.workspace()
         evaluate(self.system.program, self._start, self.work)
         self.rows = motion_rows(self.system, self.tree, self.work.markers, start.q)
-        self.names, self.rate_names = self._labels()
+        self.names, self.rate_names = labels(self.system, self.tree, self.rows)
+        carrying = set(self.tree.joints.values())
         self.drives = {
             f"{j.joint}.{j.freedom or ('slide' if j.angle is None else 'turn')}": j
             for j in self.system.joints
-            if j.prescribes and j.joint in self.tree.joints.values()
+            if j.prescribes and j.joint in carrying
         }
-
-    def _labels(self):
-        q: list[str] = []
-        v: list[str] = []
-        for name, row in zip(self.tree.order, self.rows, strict=True):
-            if row["held"] == HINGED:
-                joint = self.system.joints[self.system.joint_index[self.tree.joints[name]]]
-                of_q, of_v = joint_labels(joint)
-                q += of_q
-                v += of_v
-            elif row["held"] == FREE:
-                q += [f"{name}.frame_{k}" for k in range(7)]
-                v += [f"{name}.frame_{k}" for k in range(6)]
-            modes = [f"{name}.mode_{k + 1}" for k in range(row["modes"])]
-            q += modes
-            v += modes
-        return tuple(q), tuple(v)
 
     @cached_property
     def _driven_turns(self):
         """Places of the turns that drives prescribe, and their signals as `sample_signals` reads them."""
         turns = {name: drive.angle for name, drive in self.drives.items() if drive.angle is not None}
         return (
-            [self.names.index(name) for name in turns],
+            [self.places[name] for name in turns],
             SignalCode(*pack([s.program() for s in turns.values()])),
             np.zeros((len(turns), 3)),
         )
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """Places of the coordinates in q."""
+        return {name: k for k, name in enumerate(self.names)}
+
+    @cached_property
+    def rate_places(self) -> dict[str, int]:
+        """Places of the rates in v."""
+        return {name: k for k, name in enumerate(self.rate_names)}
 
     @property
     def start(self) -> RelativeState:
@@ -141,14 +134,14 @@ class JointTree:
 
     def index(self, name: str) -> int:
         """Return the place of a coordinate in q; ModelError if there is none of that name."""
-        if name not in self.names:
+        if name not in self.places:
             raise ModelError(
                 "JointTree",
                 found=f"there is no coordinate '{name}'",
                 expected=f"One of: {', '.join(self.names)}",
                 remedy=did_you_mean(name, self.names),
             )
-        return self.names.index(name)
+        return self.places[name]
 
     def relative(self, state: Any) -> RelativeState:
         """Return the relative coordinates of a state or an instant of a solution (its ``t q u a``).
@@ -226,27 +219,20 @@ class JointTree:
     def torques(self, q: Any, v: Any = None, a: Any = None, t: float = 0.0) -> np.ndarray:
         """Return the forces (nv,) on the rates that a motion needs in addition to the model's (N m, N, modal forces).
 
-        Recursive inverse dynamics (Luh, Walker & Paul 1980), here with flexible bodies: evaluates each body once at its
-        acceleration and passes its load on to its parent, eq. (tree-torques). Drives count as what supplies the torque.
+        Recursive inverse dynamics (Luh, Walker & Paul 1980), here with flexible bodies: two passes over the links, eq.
+        (link-torques); trees with other bodies than rigid and reduced ones take the equations of all bodies, eq.
+        (tree-torques). Drives count as what supplies the torque.
 
         Raises
         ------
         CompileError
-            If loops are closed by cut joints: their forces are not determined by the motion of the tree.
+            If loops are closed by cut joints: their forces are not determined by the motion of the tree. If a force
+            depends on reactions, as friction of joints does.
         """
-        if len(self.tree.tables.cut_equations):
-            raise CompileError(
-                f"Model '{self.model.name}'",
-                found=f"no tree: loops are closed by {', '.join(self.tree.cut)}",
-                expected="a tree of joints for forces by recursion",
-                remedy="Use fmb.inverse_dynamics with drives for closed mechanisms",
-            )
-        state = self.absolute(q, v, a, t)
-        weigh_mass(self.work.weights)  # what stiffens bodies belongs to the tangent
-        evaluate(self.system.program, state, self.work)
-        tau = np.zeros(len(self.rate_names))
-        gather_torques(self.rows, state, self.work, self.work.residual.copy(), tau)
-        return tau
+        if isinstance(q, RelativeState):
+            q, v, a, t = q.q, q.v, q.a, q.t
+        q, v, a = self._checked(q, v, a)
+        return torques(self, q, v, a, t)
 
     def accelerations(self, q: Any, v: Any = None, tau: Any = None, t: float = 0.0) -> np.ndarray:
         """Return the second rates (nv,) under the forces of the model and of joints: forward dynamics.
@@ -267,15 +253,8 @@ class JointTree:
             If the model has more than rigid and reduced bodies and forces of place and motion, or a motion has no
             inertia.
         """
-        if self.drives:
-            raise CompileError(
-                f"Model '{self.model.name}'",
-                found=f"prescribed motions: {', '.join(self.drives)}",
-                expected="joints that forces move",
-                remedy="Leave the drives out, or use fmb.simulate",
-            )
         q, v, tau = self._checked(q, v, tau)
-        links = self._links
+        links = self._moved_links()
         links.x[:], links.v[:], links.tau[:] = q, v, tau
         evaluate_links(links, self.work, t)
         if links.run[0].failed >= 0:
@@ -304,7 +283,18 @@ class JointTree:
         CompileError
             As in `accelerations`.
         """
-        return mass_solution(self, *self._checked(q, None, tau)[::2])
+        return mass_solution(self, self._moved_links(), *self._checked(q, None, tau)[::2])
+
+    def _moved_links(self) -> LinkTree:
+        """Return the links for forward dynamics: forces move them."""
+        if self.drives:
+            raise CompileError(
+                f"Model '{self.model.name}'",
+                found=f"prescribed motions: {', '.join(self.drives)}",
+                expected="joints that forces move",
+                remedy="Leave the drives out, or use fmb.simulate",
+            )
+        return self._links
 
     def linked(self, chart: Chart) -> LinkTree:
         """Return the links of the model, with its forces and cut joints.
@@ -315,16 +305,31 @@ class JointTree:
             If the model has more than rigid and reduced bodies and forces of place and motion, or a motion has no
             inertia.
         """
-        weigh(self.work.weights, 1.0, constrained=0)
-        program = self.system.program._replace(floor=np.zeros(len(self.system.program.floor)))
-        evaluate(program, self._start, self.work)
-        links = ready(link_tree(self, chart, self._start, self.work))
+        links = self._drawn_links(chart)
         start = self.start
         links.x[:], links.v[:] = start.q, start.v
         evaluate_links(links, self.work, start.t)
         if links.run[0].failed >= 0:
             raise without_inertia(self.tree, links, self.model)
         return links
+
+    @cached_property
+    def invertible_links(self) -> LinkTree | None:
+        """The links for inverse dynamics, which need not have inertia; None if the model has more than they know."""
+        if "_links" in vars(self):
+            return invertible(self._links)
+        followed = Followed(self.system, self._start, self.work)
+        try:
+            return invertible(self._drawn_links(new_chart(self, self._start.q, followed)))
+        except CompileError:
+            return None
+
+    def _drawn_links(self, chart: Chart) -> LinkTree:
+        """Return the links, with or without inertia."""
+        weigh(self.work.weights, 1.0, constrained=0)
+        program = self.system.program._replace(floor=np.zeros(len(self.system.program.floor)))
+        evaluate(program, self._start, self.work)
+        return ready(link_tree(self, chart, self._start, self.work))
 
     @cached_property
     def _links(self) -> LinkTree:
@@ -379,13 +384,4 @@ class JointTree:
     @cached_property
     def counted(self) -> tuple[tuple[int, int], ...]:
         """Turns that the model counts: (place in q, number of the branch)."""
-        found = []
-        names = {number: name for name, number in self.system.marker_index.items()}
-        for row in self.rows:
-            if row["held"] != HINGED or row["turn"] < 0:
-                continue
-            a, b = (row["other"], row["own"]) if row["forward"] else (row["own"], row["other"])
-            branch = Coordinate("turn", "z" if row["turn_b"] >= 0 else "x").branch(names[a], names[b])
-            if branch in self.system.branch_names:
-                found.append((int(row["iq"] + row["turn"]), self.system.branch_names.index(branch)))
-        return tuple(found)
+        return counted_turns(self.system, self.rows)

@@ -6,12 +6,14 @@ The pose of marker b in the axes of marker a is ``d = d_0 + sum s_i e_i`` and ``
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from flexmb.constraints import Coordinate
 from flexmb.math.rotations import euler_to_matrix
 
-__all__ = ["FREE", "HINGED", "MOTION", "POINTS", "describable", "joint_labels", "motion_rows"]
+__all__ = ["FREE", "HINGED", "MOTION", "POINTS", "counted_turns", "describable", "labels", "motion_rows"]
 
 HINGED, FREE, POINTS = 0, 1, 2
 """How a body is held: by a joint, a free frame, no frame at all."""
@@ -64,7 +66,7 @@ def _ordered(joint):
     return sorted(joint.permits, key=lambda freedom: (ROLES.index(freedom.role), getattr(freedom, "axis", "")))
 
 
-def joint_labels(joint) -> tuple[list[str], list[str]]:
+def _joint_labels(joint) -> tuple[list[str], list[str]]:
     """Return the names of the coordinates and rates of a joint: "A.turn", "B.slide", "C.ball_0"."""
     freedoms = _ordered(joint)
     return (
@@ -126,21 +128,19 @@ def _in_body(marker, q, at: int) -> tuple[np.ndarray, np.ndarray]:
     return R.T @ (marker["r"] - q[at : at + 3]), R.T @ marker["R"]
 
 
-def _counted(system, markers: tuple[str, str], q) -> float:
-    """Return the turn between two markers as the system counts it at the position q, 0.0 if it does not."""
-    branch = Coordinate("turn", "x").branch(*markers)
-    if branch not in system.branch_names:
-        return 0.0
-    return float(q[system.program.branches + system.branch_names.index(branch)])
+def _counted(turns: Mapping[str, float], markers: tuple[str, str]) -> float:
+    """Return the turn between two markers as the system counts it, 0.0 if it does not."""
+    return turns.get(Coordinate("turn", "x").branch(*markers), 0.0)
 
 
 def motion_rows(system, tree, markers, q) -> np.ndarray:
     """Return the rows of the bodies of a tree, in its order; `markers` of an evaluation at the assembled position q."""
-    tables, model = tree.tables, system.model
+    tables, model, slices = tree.tables, system.model, system.slices
+    turns = dict(zip(system.branch_names, q[system.program.branches :].tolist(), strict=True))
     rows = np.zeros(len(tree.order), MOTION)
     iq = iv = 0
     for k, (name, row) in enumerate(zip(tree.order, rows, strict=True)):
-        at_q, at_u = system.slices[name]
+        at_q, at_u = slices[name]
         frame = system.has_frame(name)
         modes = at_u.stop - at_u.start - 6 * frame
         row["iq"], row["iv"], row["q"], row["u"] = iq, iv, at_q.start, at_u.start
@@ -155,7 +155,7 @@ def motion_rows(system, tree, markers, q) -> np.ndarray:
             a, b = (system.marker_index[m] for m in joint.resolved_markers(model))
             row["forward"] = int(b == tables.outer[k])
             first, second = ((markers[m]["r"].copy(), markers[m]["R"].copy()) for m in (a, b))
-            _hinge(row, joint, first, second, _counted(system, joint.resolved_markers(model), q))
+            _hinge(row, joint, first, second, _counted(turns, joint.resolved_markers(model)))
             rigid = (modes == 0, row["parent_q"] < 0 or rows[tables.parent[k]]["modes"] == 0)
             for end, (marker, at) in enumerate(((row["own"], row["q"]), (row["other"], row["parent_q"]))):
                 row["fixed"][end] = rigid[end]
@@ -163,3 +163,37 @@ def motion_rows(system, tree, markers, q) -> np.ndarray:
         iq += row["coordinates"] + row["modes"]
         iv += row["rates"] + row["modes"]
     return rows
+
+
+def labels(system, tree, rows) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of the coordinates and of the rates of a tree (`Spanning`) with these rows."""
+    q: list[str] = []
+    v: list[str] = []
+    for name, row in zip(tree.order, rows, strict=True):
+        if row["held"] == HINGED:
+            joint = system.joints[system.joint_index[tree.joints[name]]]
+            of_q, of_v = _joint_labels(joint)
+            q += of_q
+            v += of_v
+        elif row["held"] == FREE:
+            q += [f"{name}.frame_{k}" for k in range(7)]
+            v += [f"{name}.frame_{k}" for k in range(6)]
+        modes = [f"{name}.mode_{k + 1}" for k in range(row["modes"])]
+        q += modes
+        v += modes
+    return tuple(q), tuple(v)
+
+
+def counted_turns(system, rows) -> tuple[tuple[int, int], ...]:
+    """Return the turns that the model counts: (place in q, number of the branch)."""
+    found = []
+    names = {number: name for name, number in system.marker_index.items()}
+    branches = {name: k for k, name in enumerate(system.branch_names)}
+    for row in rows:
+        if row["held"] != HINGED or row["turn"] < 0:
+            continue
+        a, b = (row["other"], row["own"]) if row["forward"] else (row["own"], row["other"])
+        branch = Coordinate("turn", "z" if row["turn_b"] >= 0 else "x").branch(names[a], names[b])
+        if branch in branches:
+            found.append((int(row["iq"] + row["turn"]), branches[branch]))
+    return tuple(found)

@@ -59,7 +59,7 @@ class _Search:
     def __init__(self, tree, marker: str, aim: Pose, orientation: bool, limits: Mapping[str, Any]):
         self.tree, self.marker, self.aim, self.orientation = tree, marker, aim, orientation
         J = tree.jacobian(marker, tree.start.q)
-        driven = {tree.rate_names.index(name) for name in tree.drives}
+        driven = {tree.rate_places[name] for name in tree.drives}
         self.rates = np.array(
             [
                 k
@@ -79,7 +79,7 @@ class _Search:
             )
         self.low, self.high = (np.full(len(tree.rate_names), x) for x in (-np.inf, np.inf))
         self.q_of = {
-            tree.rate_names.index(name): k
+            tree.rate_places[name]: k
             for k, name in enumerate(tree.names)
             if name in tree.rate_names and "ball_" not in name
         }

@@ -23,7 +23,7 @@ from flexmb.tree.rigid.link_tree import PASS, SPREAD
 from flexmb.tree.rigid.passes import gather, let_fall, spread
 from flexmb.tree.rigid.places import BEND, FRAME, LINK, MOUNT, carry, place_light, place_links
 
-__all__ = ["gathering", "placing", "spreading", "write_bodies"]
+__all__ = ["columns_of_place", "forget_forces", "gathering", "placing", "ride", "spreading", "write_bodies"]
 
 AHEAD = 3
 """So many runs before they are needed, links are asked for on the way to the root: one flexible body of a chain."""
@@ -92,8 +92,8 @@ def write_bodies(tree, work):
     work.loads[:] = 0.0
 
 
-@inner_kernel
-def _columns(tree, body, n, products, at):
+@kernel
+def columns_of_place(tree, body, n, products, at):
     """Return the columns for motions of a place and those for loads, which stiffness changes at interfaces."""
     flexible = tree.flexible
     place = flexible.places[n]
@@ -116,6 +116,15 @@ def _take_loads(row, loaded, m, zeros, P, L, out):
             L[j, 6] += loaded[i, j] * out[i, 6]
 
 
+@kernel
+def forget_forces(m, P, L):
+    """Take the force at rate zero, in its column, from a body with m modes."""
+    for i in range(6):
+        P[i, 6] = 0.0
+    for j in range(m):
+        L[j, 6] = 0.0
+
+
 @inner_kernel
 def _gather_body(tree, work, link, row, P, out):
     """Collect what a flexible body carries and eliminate its modes; False if one has no inertia."""
@@ -124,10 +133,12 @@ def _gather_body(tree, work, link, row, P, out):
     m, scratch = body.m, flexible.scratch
     L, K, B, eta = flexible.L[link.block], flexible.K[body.kept], flexible.B[body.kept], flexible.eta[link.block]
     at = own_terms(tree, body, work, scratch, P, K, L, B)
+    if tree.run[0].still == 1:
+        forget_forces(m, P, L)
     for n in range(body.first, body.last):
         place = flexible.places[n]
         mount = tree.rows[place.link]
-        E, loaded = _columns(tree, body, n, scratch[0], at)
+        E, loaded = columns_of_place(tree, body, n, scratch[0], at)
         if place.loaded == 0:
             _take_loads(mount, loaded, m, flexible.zeros, P, L, out)
             continue
@@ -140,7 +151,7 @@ def _gather_body(tree, work, link, row, P, out):
         moved(mount, carried, mount.force, out)
         add_links(E, loaded, out, m, P, K, L, B)
     if body.clamp >= 0:
-        E, loaded = _columns(tree, body, body.clamp, scratch[0], at)
+        E, loaded = columns_of_place(tree, body, body.clamp, scratch[0], at)
         hang(E, loaded, m, P, K, L, B)
     for j in range(m):
         L[j, 6] -= tree.tau[body.rate + j]
@@ -232,8 +243,8 @@ def _bend(flexible, link, row, a, x):
         V[5] -= w
 
 
-@inner_kernel
-def _ride(flexible, link, row, of_parent, weight, a, moving, x):
+@kernel
+def ride(flexible, link, row, of_parent, weight, a, moving, x):
     """Write the rate of a marker of a flexible body."""
     place = flexible.places[link.block]
     body = flexible.bodies[place.body]
@@ -261,7 +272,7 @@ def spreading(tree, weight):
         link, row = links[k], rows[k]
         of_parent = rows[link.parent]
         if kind == MOUNT:
-            _ride(flexible, link, row, of_parent, weight, tree.a, column, x)
+            ride(flexible, link, row, of_parent, weight, tree.a, column, x)
         elif kind == BEND:
             carry(row, of_parent.rate, row.rate)
             for i in range(6):

@@ -165,6 +165,8 @@ class Packed:
         self.shapes: list[np.ndarray] = []
         self.rests: list[np.ndarray] = []
         self.known_shapes: dict[bytes, int] = {}
+        self.bodies: dict[int, tuple[ModalLink, dict[str, int]]] = {}
+        self.places: dict[tuple[int, int], int] = {}
         self.size = 0
 
     def add(self, numbers: np.ndarray) -> int:
@@ -184,6 +186,13 @@ class Packed:
 
     def body(self, row, data: ModalLink) -> None:
         """Write the constants of a body, and where they are to its row (BENT)."""
+        if id(data) not in self.bodies:
+            self.bodies[id(data)] = data, self._packed(data)
+        for name, value in self.bodies[id(data)][1].items():
+            row[name] = value
+
+    def _packed(self, data: ModalLink) -> dict[str, int]:
+        """Add the constants of a body and return what its row (BENT) says of them."""
         m = data.modes
         ww2 = np.stack([data.ww2[:, :, a, b] for a, b in PAIRS], axis=1)  # (m, 6, m)
         ww1 = np.stack([data.ww1[:, a, b] for a, b in PAIRS])  # (6, m)
@@ -202,22 +211,33 @@ class Packed:
         parts = [_by_eights(by_shape), _by_eights(by_rate)]
         parts += [_filled(rows) for rows in (ww1, data.wn0, data.vn, vw1.T, data.nn, data.mean)]
         parts += [np.array([data.mass]), data.ww0[np.triu_indices(3)], data.vw0, data.load_shapes, data.load_turning]
-        row["m"], row["stiffened"] = m, len(G)
-        row["constants"] = self.add(np.concatenate([np.ravel(part) for part in parts]))
-        if len(G):
-            row["by_inertia"] = len(data.inertia_stiffening)
-            row["by_interfaces"], row["by_loads"] = len(data.interface_stiffening), len(data.load_stiffening)
-        row["shapes"], row["turning"] = len(data.load_shapes), len(data.load_turning)
+        return {
+            "m": m,
+            "constants": self.add(np.concatenate([np.ravel(part) for part in parts])),
+            "stiffened": len(G),
+            "by_inertia": len(data.inertia_stiffening) if len(G) else 0,
+            "by_interfaces": len(data.interface_stiffening) if len(G) else 0,
+            "by_loads": len(data.load_stiffening) if len(G) else 0,
+            "shapes": len(data.load_shapes),
+            "turning": len(data.load_turning),
+        }
 
     def place(self, row, data: ModalLink, k: int, stiffened: bool) -> None:
         """Write the constants of marker k of a body to its row (PLACE); is the body stiffened at all?"""
-        rest = np.concatenate([data.positions[k], np.ravel(data.axes[k])])
         row["interface"] = k if stiffened and k < len(data.interface_stiffening) else -1
+        if (id(data), k) not in self.places:
+            self.places[id(data), k] = self._shaped(data, k)
+        row["shapes"] = self.places[id(data), k]
+
+    def _shaped(self, data: ModalLink, k: int) -> int:
+        """Return the place of the shapes of marker k of a body, whose constants were added."""
+        rest = np.concatenate([data.positions[k], np.ravel(data.axes[k])])
         shapes = np.ascontiguousarray(np.concatenate([data.translations[k], data.rotations[k]]))
-        row["shapes"] = self.known_shapes.setdefault(shapes.tobytes() + rest.tobytes(), len(self.shapes))
-        if row["shapes"] == len(self.shapes):
+        place = self.known_shapes.setdefault(shapes.tobytes() + rest.tobytes(), len(self.shapes))
+        if place == len(self.shapes):
             self.shapes.append(shapes)
             self.rests.append(rest)
+        return place
 
 
 def _runs(links, wide_of, bodies) -> np.ndarray:

@@ -35,6 +35,10 @@ class LinkRun(Record):
     factorise: int
     """of what factorises the mobility of the cut equations, and solves for their multipliers"""
     solve: int
+    invert: int
+    """of the pass that finds the forces of given second rates"""
+    still: int
+    """1: inertia alone counts, at zero rates: no weight, no forces, nothing that stiff or loaded modes do"""
     failed: int
     """see `evaluate_links`"""
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+from typing import Any
+
 import numpy as np
 
 from flexmb.errors import CompileError
@@ -26,11 +29,27 @@ MARK = np.dtype(
 UPPER = np.triu_indices(3)
 
 
-def _check(tree) -> None:
+class _Modal:
+    """The flexible bodies of a tree as links; those that are alike are one, with their markers."""
+
+    def __init__(self):
+        self._known: dict[Hashable, tuple[Any, tuple[str, ...]]] = {}
+
+    def of(self, body) -> tuple[Any, tuple[str, ...]]:
+        """Return a body as a link (ModalLink, None if it does not tell), and the names of its markers."""
+        source = body.link_source()
+        if source is None:
+            return body.modal_link(), tuple(body.marker_poses())
+        if source not in self._known:
+            self._known[source] = body.modal_link(), tuple(body.marker_poses())
+        return self._known[source]
+
+
+def _check(tree, modal: _Modal) -> None:
     """Raise CompileError for what the algorithm in link axes does not know."""
     for name, row in zip(tree.tree.order, tree.rows, strict=True):
         found = "it has no frame" if row["held"] == POINTS else ""
-        if row["modes"] and not found and tree.model.body(name).modal_link() is None:
+        if row["modes"] and not found and modal.of(tree.model.body(name))[0] is None:
             found = f"{row['modes']} modes, of which it does not tell what a link has to know"
         if found:
             joint = f" (joint '{tree.tree.joints[name]}')" if name in tree.tree.joints else ""
@@ -40,6 +59,13 @@ def _check(tree) -> None:
                 expected="rigid bodies with a frame, and reduced ones in space",
                 remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every tree",
             )
+    if tree.system.implicit:
+        raise CompileError(
+            f"Model '{tree.model.name}'",
+            found="forces follow accelerations",
+            expected="forces of place and motion",
+            remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every force",
+        )
     for force in tree.model.forces:
         if force.reads_reactions:
             raise CompileError(
@@ -130,8 +156,8 @@ class Drawn:
         Of the markers of flexible bodies: link, place and axes in it.
     """
 
-    def __init__(self, tree, wanted):
-        self.tree, self.wanted = tree, wanted
+    def __init__(self, tree, wanted, modal: _Modal):
+        self.tree, self.wanted, self.modal = tree, wanted, modal
         self.rows: list[np.ndarray] = []
         self.frames: list[tuple[int, np.ndarray, np.ndarray]] = []
         self.marks: dict[int, tuple[int, np.ndarray, np.ndarray]] = {}
@@ -141,6 +167,9 @@ class Drawn:
         self.packed = Packed()
         self.blocks = 0
         self.first_loads = _first_loads(tree.system)
+        self.carrying: dict[int, set[int]] = {}
+        for parent, row in zip(tree.tree.tables.parent.tolist(), tree.rows, strict=True):
+            self.carrying.setdefault(parent, set()).add(int(row["other"]))
 
     def take(self, chain: _Chain, k: int, driven) -> None:
         """Add the links by which body k hangs."""
@@ -160,9 +189,8 @@ class Drawn:
     def bend(self, chain: _Chain, k: int, row) -> None:
         """Add the frame of a flexible body behind the links of its joint, then its markers that are needed."""
         system, name = self.tree.system, self.tree.tree.order[k]
-        body = self.tree.model.body(name)
-        data = body.modal_link()
-        markers = [system.marker_index[f"{name}.{marker}"] for marker in body.marker_poses()]
+        data, own_names = self.modal.of(self.tree.model.body(name))
+        markers = [system.marker_index[f"{name}.{marker}"] for marker in own_names]
         chain.add(BEND)
         link = chain.links[-1]
         self._add(link, chain, k)
@@ -185,8 +213,7 @@ class Drawn:
             own["clamp"] = self._place(own, data, markers.index(int(row["own"])), stiffened, -1)
             if len(chain.links) > 1:  # what acts on the own marker acts on the joint
                 self.marks[int(row["own"])] = (at - 1, link["r"].copy(), link["R"].copy())
-        parents, rows = self.tree.tree.tables.parent, self.tree.rows
-        carrying = {int(rows[n]["other"]) for n in range(len(rows)) if parents[n] == k}
+        carrying = self.carrying.get(k, set())
         own["first"] = len(self.places)
         for number, marker in enumerate(markers):
             if marker in carrying or (marker in self.wanted and marker not in self.marks):
@@ -241,9 +268,10 @@ def link_rows(tree, state, work, wanted) -> Drawn:
 
     `work` holds an evaluation at `state`.
     """
-    _check(tree)
-    driven = {tree.rate_names.index(name) for name in tree.drives}
-    drawn = Drawn(tree, set(wanted))
+    modal = _Modal()
+    _check(tree, modal)
+    driven = {tree.rate_places[name] for name in tree.drives}
+    drawn = Drawn(tree, set(wanted), modal)
     for k, row in enumerate(tree.rows):
         r_b, R_b = _frame(state.q[row["q"] : row["q"] + 7])
         at = int(tree.tree.tables.parent[k])

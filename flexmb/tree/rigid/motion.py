@@ -26,7 +26,18 @@ from flexmb.tree.rigid.closing import wrench_at
 from flexmb.tree.rigid.link_tree import LINK_TREE, LinkTree, call_pass, call_spread
 from flexmb.tree.rigid.places import BALL, BEND, FRAME, SINGLE
 
-__all__ = ["close_links", "evaluate_links", "link_rates", "loops_are_open", "ready"]
+__all__ = [
+    "act_on_links",
+    "close_links",
+    "closing_rates",
+    "evaluate_links",
+    "evaluate_loops",
+    "link_rates",
+    "loops_are_open",
+    "place_marks",
+    "pose_links",
+    "ready",
+]
 
 EVALUATION = void(LINK_TREE, WORK, NUMBER)
 CLOSURE = void(LINK_TREE, WORK, NUMBER, array_type(FLOATS), array_type(FLOATS), array_type(INTEGERS))
@@ -48,8 +59,8 @@ def ready(tree: LinkTree) -> LinkTree:
     return tree
 
 
-@inner_kernel
-def _pose_links(tree):
+@kernel
+def pose_links(tree):
     """Write where all links are in W."""
     links, rows, poses = tree.links, tree.rows, tree.poses
     for k in range(len(links)):
@@ -66,8 +77,8 @@ def _pose_links(tree):
             pose.r[i] = of_parent.r[i] + a * row.r[0] + b * row.r[1] + c * row.r[2]
 
 
-@inner_kernel
-def _place_marks(tree, work):
+@kernel
+def place_marks(tree, work):
     """Write position, axes and velocities of the markers, without wrenches."""
     marks, markers, poses, rows = tree.marks, work.markers, tree.poses, tree.rows
     for n in range(len(marks)):
@@ -87,9 +98,9 @@ def _place_marks(tree, work):
             marker.wrench[i] = 0.0
 
 
-@inner_kernel
-def _act(tree, chart, program, work, t):
-    """Run the kernels of cut joints and forces, and give the wrenches of these to the links."""
+@kernel
+def evaluate_loops(tree, chart, program, work, t):
+    """Run the kernels of cut joints, on the markers."""
     clear_energy(work.energy)
     no_matrix(work.weights)
     sample_signals(
@@ -101,11 +112,17 @@ def _act(tree, chart, program, work, t):
     state = State(t, tree.q, tree.u, tree.rest, tree.lam, tree.signals)
     if len(tree.flexible.bodies) > 0:
         write_bodies(tree, work)
-    bodies, kinds = len(program.inertia), len(program.equations)
-    run_kernels(program.equations, bodies, program, state, work)
+    run_kernels(program.equations, len(program.inertia), program, state, work)
+
+
+@kernel
+def act_on_links(tree, chart, program, work, t):
+    """Run the kernels of cut joints and forces, and give the wrenches of these to the links."""
+    evaluate_loops(tree, chart, program, work, t)
     if len(program.forces) == 0:
         return
-    run_kernels(program.forces, bodies + kinds, program, state, work)
+    state = State(t, tree.q, tree.u, tree.rest, tree.lam, tree.signals)
+    run_kernels(program.forces, len(program.inertia) + len(program.equations), program, state, work)
     W = np.empty(6)
     marks, markers, poses, rows = tree.marks, work.markers, tree.poses, tree.rows
     for n in range(len(marks)):
@@ -117,15 +134,18 @@ def _act(tree, chart, program, work, t):
             rows[mark.link].force[i] -= W[i]
 
 
-@inner_kernel
-def _closing_rates(tree, closing, work, second):
+@kernel
+def closing_rates(tree, closing, work, second):
     """Write what is left of the cut equations to closing.x, with the opposite sign:
-    of their rates, or of second rates.
+    of their rates, or of second rates; in the still these are what the links' rates give alone.
     """
+    still = tree.run[0].still == 1
     g, marks, mark_of, rows, poses = tree.gravity, tree.marks, tree.mark_of, tree.rows, tree.poses
     for n in range(len(closing.equations)):
         equation = work.equations[closing.equations[n]]
         s = equation.drift if second else equation.rate
+        if still:
+            s = 0.0
         for m in range(equation.leg, equation.leg + equation.legs):
             leg = work.legs[m]
             place = mark_of[leg.marker]
@@ -150,7 +170,8 @@ def _closing_rates(tree, closing, work, second):
             )
             for i in range(3):
                 p, q, r = pose.R[i, 0], pose.R[i, 1], pose.R[i, 2]
-                s += leg.gradient[i] * (p * u + q * v + r * w + g[i]) + leg.gradient[3 + i] * (p * d + q * e + r * f)
+                fall = 0.0 if still else g[i]
+                s += leg.gradient[i] * (p * u + q * v + r * w + fall) + leg.gradient[3 + i] * (p * d + q * e + r * f)
         closing.x[n] = -s
 
 
@@ -167,9 +188,9 @@ def _placed(tree, chart, program, work, t):
     """Place links and markers, let forces act, and pass inertias and forces on; run.failed tells of the last."""
     call_pass(tree.run[0].place, tree, work)
     if len(tree.marks) > 0 or len(program.forces) > 0:
-        _pose_links(tree)
-        _place_marks(tree, work)
-        _act(tree, chart, program, work, t)
+        pose_links(tree)
+        place_marks(tree, work)
+        act_on_links(tree, chart, program, work, t)
     elif len(tree.flexible.bodies) > 0:
         clear_energy(work.energy)
     call_pass(tree.run[0].gather, tree, work)
@@ -188,7 +209,7 @@ def evaluation(tree, work, t):
     call_spread(tree.run[0].spread, tree, 1.0)
     if len(c.equations) > 0:
         call_pass(tree.run[0].factorise, tree, work)
-        _closing_rates(tree, c, work, True)
+        closing_rates(tree, c, work, True)
         call_spread(tree.run[0].solve, tree, 1.0)
     tree.powers[:] = 0.0
     if len(tree.marks) > 0 or len(program.forces) > 0 or len(tree.flexible.bodies) > 0:
@@ -230,7 +251,7 @@ def loops_are_open(tree, work, bounds, lengths):
         marker = work.markers[tree.marks[n].marker]
         for i in range(3):
             fastest, spin = max(fastest, abs(marker.v[i])), max(spin, abs(marker.w[i]))
-    _closing_rates(tree, c, work, False)
+    closing_rates(tree, c, work, False)
     for n in range(len(c.equations)):
         k = c.equations[n]
         if abs(work.equations[k].g) > bounds[k] or abs(c.x[n]) > bounds[k] * max(spin, fastest / lengths[k]):
@@ -296,11 +317,11 @@ def closure(tree, work, t, bounds, gaps, level):
         stride = largest_size(tree.a)
         _advance(tree, tree.a * min(1.0, 0.5 / max(stride, 1e-300)))
     for _ in range(2):
-        _closing_rates(tree, c, work, False)
+        closing_rates(tree, c, work, False)
         _changes(tree)
         tree.v[:] += tree.a
         call_pass(tree.run[0].place, tree, work)
-        _place_marks(tree, work)
+        place_marks(tree, work)
     tree.run[0].failed = -1 if closed else 1
 
 

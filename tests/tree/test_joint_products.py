@@ -1,0 +1,228 @@
+"""`M a`, `M^-1 f`, bias and torques of trees: beside Pinocchio, the equations of all bodies, and what they refuse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from contracts.random_models import put_together
+from tree.models import chain, flexible_chain, loops
+from tree.pinocchio_trees import Twin
+from tree.test_flexible_links import panel, random_tree
+
+import flexmb as fmb
+from flexmb.system.program import energies
+from flexmb.tree.coordinates.products import _of_bodies
+from flexmb.tree.coordinates.settle import unit_length
+
+
+def assert_close(found, expected, scale, atol: float) -> None:
+    """Compare two vectors, number by number divided by a scale that makes them alike."""
+    found, expected = found / scale, expected / scale
+    np.testing.assert_allclose(found, expected, atol=atol * np.abs(expected).max(), rtol=0.0)
+
+
+@pytest.mark.peer
+@pytest.mark.parametrize("seed", range(12))
+def test_random_rigid_trees_in_pinocchio(seed):
+    """crba (by rnea of unit motions), rnea with and without weight, bias, weight, aba, inverse; lengths 1e-6 to 1e6."""
+    pin = pytest.importorskip("pinocchio")
+    rng = np.random.default_rng(seed)
+    length, mass = 10.0 ** rng.uniform(-6, 6, 2) if seed % 2 else (1.0, 1.0)
+    twin = Twin(pin, rng, int(rng.integers(1, 25)), length, mass)
+    model, data, tree = twin.theirs, twin.data, twin.tree
+    falling = model.copy()
+    falling.gravity.linear = np.zeros(3)
+    weightless = fmb.JointTree(replace(twin.model, gravity=(0, 0, 0)))
+    for _ in range(2):
+        q, v, a, _ = twin.state(rng, length)
+        x, u, s = twin.coordinates(q), twin.rates(v), twin.rates(a)
+        still, own = np.zeros(model.nv), falling.createData()
+        M = np.array([pin.rnea(falling, own, q, still, e) for e in np.eye(model.nv)]).T
+        size = twin.rates(twin.sv * np.sqrt(np.diag(M)))  # per rate: units of coordinates cancel
+        tau = twin.rates(pin.rnea(model, data, q, v, a))
+        assert_close(tree.mass_product(x, u), twin.rates(M @ v), size, 1e-12)
+        assert_close(tree.torques(x, u, s), tau, size, 1e-12)
+        assert_close(weightless.torques(x, u, s), twin.rates(pin.rnea(falling, own, q, v, a)), size, 1e-12)
+        assert_close(tree.bias(x, u), twin.rates(pin.nonLinearEffects(model, data, q, v)), size, 1e-12)
+        weight = twin.rates(pin.computeGeneralizedGravity(model, data, q))
+        assert_close(tree.bias(x, 0.0 * u), weight, size, 1e-12)
+        assert_close(tree.mass_solution(x, tree.mass_product(x, u)), u, 1.0 / size, 1e-11)
+        # rounding of the accelerations of free fall, which cancel
+        free = tree.accelerations(x, u)
+        assert_close(free, twin.rates(pin.aba(model, data, q, v, still)), 1.0 / size, 1e-10)
+
+
+def random_motion(tree, rng, deflection: float = 1e-3):
+    modal = np.array([".mode_" in name for name in tree.rate_names])
+    size = np.where(modal, deflection, 1.0)
+    bent = np.array([deflection * (".mode_" in name) for name in tree.names])
+    q = tree.start.q + np.where(bent > 0, bent, 0.3) * rng.normal(size=len(tree.names))
+    unit_length(tree.rows, q)
+    return q, size * rng.normal(size=len(modal)), size * rng.normal(size=len(modal))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_links_and_bodies_need_the_same_forces(seed):
+    """Random trees of rigid and bent bodies on all joints, both directions; springs, loads, stiffness of all kinds."""
+    rng = np.random.default_rng(seed)
+    tree = fmb.JointTree(random_tree(rng, 12))
+    assert tree.invertible_links is not None
+    for _ in range(2):
+        q, v, a = random_motion(tree, rng)
+        expected = _of_bodies(tree, q, v, a, 0.7)
+        size = np.abs(expected) + np.abs(expected).max() * 1e-3
+        assert_close(tree.torques(q, v, a, 0.7), expected, size, 1e-9)
+        # a product is what is linear in the second rates
+        linear = _of_bodies(tree, q, 0 * v, 1e6 * a, 0.0) - _of_bodies(tree, q, 0 * v, 0 * a, 0.0)
+        assert_close(tree.mass_product(q, 1e6 * a), linear, np.abs(linear).max(), 1e-9)
+        tau = tree.mass_product(q, a)
+        assert_close(tree.mass_solution(q, tau), a, np.abs(a) + 1e-3 * np.abs(a).max(), 1e-7)
+
+
+def strips(**fields) -> fmb.Model:
+    """Return two strips on a hinge and a ball, with loads that turn with them; prestressed, if the data are."""
+    bodies = [fmb.FloatingBody(f"f{k}", data=panel(), at=(k, 0, 0), **fields) for k in range(2)]
+    joints = [
+        fmb.Revolute("a", markers=("ground.origin", "f0.root")),
+        fmb.Spherical("b", markers=("f0.tip", "f1.root")),
+    ]
+    forces = [fmb.Pressure(f"w{k}", load=f"f{k}.air", amount=fmb.expression("30 + 5*t")) for k in range(2)]
+    return fmb.Model(bodies=[fmb.Ground(), *bodies], joints=joints, forces=forces, gravity=(1, 2, -9.81))
+
+
+@pytest.mark.parametrize("groups", [True, False, "inertia", "interface", "loads"])
+def test_loads_on_shapes_and_each_group_of_stiffness(groups, rng):
+    own = (groups,) if isinstance(groups, str) else groups
+    for model in (
+        strips(geometric_stiffness=own),
+        flexible_chain(3, geometric_stiffness=own if own != ("loads",) else False),
+    ):
+        tree = fmb.JointTree(model)
+        q, v, a = random_motion(tree, rng)
+        expected = _of_bodies(tree, q, v, a, 2.0)
+        assert_close(tree.torques(q, v, a, 2.0), expected, np.abs(expected) + 1e-3 * np.abs(expected).max(), 1e-9)
+
+
+def test_the_product_is_symmetric_and_twice_the_kinetic_energy(rng):
+    """Without geometric stiffness M is symmetric; v M v / 2 is the sum of the bodies' energies."""
+    model = flexible_chain(3, geometric_stiffness=False)
+    tree = fmb.JointTree(model)
+    q, v, _ = random_motion(tree, rng)
+    M = np.array([tree.mass_product(q, e) for e in np.eye(len(v))]).T
+    np.testing.assert_allclose(M, M.T, atol=1e-13 * np.abs(M).max())
+    arrays = fmb.equations(model, tree.absolute(q, v)).in_joint_coordinates()
+    np.testing.assert_allclose(M, arrays.M, atol=1e-12 * np.abs(M).max())
+    work = tree.system.workspace()
+    energies(tree.system.program, tree.absolute(q, v), work)
+    np.testing.assert_allclose(0.5 * v @ M @ v, work.energy["kinetic"][0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-12, 1e12, 1e200])
+def test_products_of_any_size(size, rng):
+    for model in (chain(3, fmb.Spherical), flexible_chain(2)):
+        tree = fmb.JointTree(model)
+        q, a, tau = random_motion(tree, rng)
+        np.testing.assert_allclose(tree.mass_product(q, size * a) / size, tree.mass_product(q, a), rtol=1e-10)
+        np.testing.assert_allclose(tree.mass_solution(q, size * tau) / size, tree.mass_solution(q, tau), rtol=1e-9)
+
+
+def test_driven_joints_move_as_they_are_told(rng):
+    """A drive supplies the force of its joint; second rates are as they are given, not as its signal says."""
+    drive = fmb.Drive("motor", joint="j1", angle=fmb.expression("0.3*t**2"))
+    free, driven = (fmb.JointTree(chain(3).with_parts(joints=parts)) for parts in ((), (drive,)))
+    q, v, a = rng.normal(size=(3, 3))
+    np.testing.assert_allclose(driven.torques(q, v, a, 1.0), free.torques(q, v, a, 1.0), rtol=1e-13)
+    np.testing.assert_allclose(driven.mass_product(q, a), free.mass_product(q, a), rtol=1e-13)
+    with pytest.raises(fmb.CompileError, match=r"prescribed motions: j1.turn"):
+        driven.mass_solution(q, a)
+
+
+def test_trees_with_points_take_the_equations_of_all_bodies(rng):
+    """A mass on a spring is no link: its rates are its velocities."""
+    bob = fmb.PointMass("bob", mass=2.0, at=(0, 1.0, 0))
+    tie = fmb.SpringDamper("tie", markers=("b0.end", "bob.center"), stiffness=30.0, length=0.5)
+    tree = fmb.JointTree(chain(1).with_parts(bodies=[bob], forces=[tie]))
+    assert tree.invertible_links is None
+    names, a = tree.rate_names, rng.normal(size=4)
+    hinge = names.index("j0.turn")
+    product = tree.mass_product(tree.start.q, a)
+    J = 1.0 / 3.0 + 0.05**2 / 4.0
+    expected = 2.0 * a
+    expected[hinge] = J * a[hinge]
+    np.testing.assert_allclose(product, expected, rtol=1e-12)
+
+
+def test_forces_that_depend_on_reactions_are_refused():
+    """Their reactions are not known to a pass that finds torques: friction would be left out without a word."""
+    rub = fmb.JointFriction("rub", joint="j0", moving=0.1, radius=0.1)
+    tree = fmb.JointTree(chain(2).with_parts(forces=[rub]))
+    message = r"'rub'.*: a force that depends on reactions\. .*fmb.inverse_dynamics"
+    for call in (tree.torques, tree.bias):
+        with pytest.raises(fmb.CompileError, match=message):
+            call(tree.start.q, [1.0, 2.0])
+    plain = fmb.JointTree(chain(2))
+    np.testing.assert_allclose(tree.mass_product([0.3, 0.4], [1, 2]), plain.mass_product([0.3, 0.4], [1, 2]), rtol=1e-9)
+
+
+def followed() -> fmb.Model:
+    """Return a slider with a force that follows its acceleration, as a mass of 3 kg more would need it."""
+    body = fmb.RigidBody("cart", mass=1.0, inertia=(1, 1, 1))
+    rail = fmb.Prismatic("rail", markers=("ground.origin", "cart.center"))
+    seen = fmb.Acceleration("seen", marker="cart.center")
+    push = fmb.Actuator("push", joint="rail", effort=-3.0 * fmb.measured("seen", 2))
+    return fmb.Model(bodies=[fmb.Ground(), body], joints=[rail], forces=[push], sensors=[seen])
+
+
+def test_forces_that_follow_accelerations_count_as_mass_or_are_refused():
+    tree = fmb.JointTree(followed())
+    np.testing.assert_allclose(tree.torques([0.0], [0.0], [2.0]), [8.0], rtol=1e-12)
+    np.testing.assert_allclose(tree.mass_product([0.0], [2.0]), [8.0], rtol=1e-12)
+    for call in (tree.accelerations, tree.mass_solution):
+        with pytest.raises(fmb.CompileError, match=r"forces follow accelerations\. .*fmb.accelerations"):
+            call([0.0], [0.0])
+
+
+def test_closed_loops(rng):
+    """No product without a tree; solutions move as the loops allow: the energy of what a force does."""
+    tree = fmb.JointTree(loops())
+    with pytest.raises(fmb.CompileError, match=r"no tree: loops are closed by .*link"):
+        tree.mass_product(tree.start.q, np.zeros(len(tree.rate_names)))
+    q, n = tree.start.q, len(tree.rate_names)
+    inverse = np.array([tree.mass_solution(q, e) for e in np.eye(n)]).T
+    tau = rng.normal(size=n)
+    difference = tree.accelerations(q, None, 1e9 * tau) - tree.accelerations(q)
+    np.testing.assert_allclose(inverse @ tau, difference / 1e9, atol=1e-6 * np.abs(inverse @ tau).max())
+    np.testing.assert_allclose(inverse, inverse.T, atol=1e-9 * np.abs(inverse).max())
+
+
+@pytest.mark.parametrize("name", ["torques", "accelerations", "mass_product", "mass_solution", "bias"])
+def test_wrong_numbers_are_named(name):
+    call = getattr(fmb.JointTree(chain(2)), name)
+    two = [0.1, 0.2]
+    with pytest.raises(fmb.ModelError, match=r"q has the shape \(3,\)\. Expected: \(2,\): j0.turn, j1.turn"):
+        call([0, 0, 0], two)
+    with pytest.raises(fmb.ModelError, match=r"has the shape \(1,\)"):
+        call(two, [0.0])
+    with pytest.raises(fmb.ModelError, match=r"has nan for 'j1.turn'"):
+        call(two, [0.0, np.nan])
+    with pytest.raises(fmb.ModelError, match=r"q has inf for 'j0.turn'"):
+        call([np.inf, 0.0], two)
+
+
+def test_a_massless_frame_between_two_joints(rng):
+    """The cross of a gimbal: inverse dynamics and, as it carries a body with inertia, forward dynamics."""
+    pose = fmb.Pose((0, 0, 0), (np.pi / 2, 0, 0))
+    cross = fmb.RigidBody("cross", mass=0.0, inertia=(0, 0, 0), markers={"a": (0, 0, 0), "b": pose})
+    rotor = fmb.RigidBody("rotor", mass=1.0, inertia=(0.1, 0.2, 0.3), markers={"c": pose})
+    joints = [
+        fmb.Revolute("A", markers=("ground.origin", "cross.a")),
+        fmb.Revolute("B", markers=("cross.b", "rotor.c")),
+    ]
+    tree = fmb.JointTree(put_together(fmb.Model(bodies=[fmb.Ground(), cross, rotor], joints=joints)))
+    q, v, tau = rng.normal(size=(3, 2))
+    # turns about z and about the turned y: w = (-s u, u_b, c u) or alike; the energy tells the matrix
+    M = np.array([tree.mass_product(q, e) for e in np.eye(2)]).T
+    c, s = np.cos(q[1]), np.sin(q[1])
+    np.testing.assert_allclose(M, np.diag([0.1 * s * s + 0.3 * c * c, 0.2]), atol=1e-14)
+    np.testing.assert_allclose(tree.mass_solution(q, tau), np.linalg.solve(M, tau), rtol=1e-12)
+    np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau)), tau, rtol=1e-11)
