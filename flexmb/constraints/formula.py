@@ -308,8 +308,10 @@ class Formula(Equation):
         """Return the row by field name; `markers` of all inputs."""
         legs = self.involved(markers)
         writes = DAMPED if self.own_level == 1 or self.given else STIFF
-        place_of = {marker: k for k, marker in enumerate(legs)}
-        rows = np.array([in_order(MEASURED, z.record(compiler, place_of)) for z in self.inputs], MEASURED)
+        legs_of = {marker: k for k, marker in enumerate(legs)}
+        rows = np.array(
+            [in_order(MEASURED, z.record(compiler, lambda m: legs_of.get(m, -1))) for z in self.inputs], MEASURED
+        )
         programs = [self.program, *(force for _, force in self.given)]
         ops = np.concatenate([p.ops for p in programs]).astype(np.int64)
         address = 0

@@ -7,7 +7,7 @@ Their derivatives are written by `constraints.measured_kernels`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -98,8 +98,8 @@ class Measured:
         """Return the rate of a position or of a signal."""
         return replace(self, rate=True)
 
-    def record(self, compiler, legs: Mapping[int, int]) -> dict[str, Any]:
-        """Return the row of the scalar by field name; `legs` are the numbers of its legs by marker."""
+    def record(self, compiler, leg_of: Callable[[int], int]) -> dict[str, Any]:
+        """Return the row of the scalar by field name; `leg_of` a marker is its leg, -1: of none."""
         c: dict[str, Any] = NO_COORDINATE
         signal = self.held if self.signal is None else compiler.signal(self.signal)
         numbers = [compiler.marker(name) for name in self.markers]
@@ -119,7 +119,7 @@ class Measured:
             signal, last = equations.start + (axis if self.what == "multiplier" else 0), equations.stop
         if self.what == "wrench":
             signal, last, a, b = compiler.loops.wrenches.place(self.part, self.pair)
-        at = [legs.get(m, -1) for m in (a, b)]
+        at = [leg_of(m) for m in (a, b)]
         return {
             "what": WHATS.index(self.what),
             "rate": int(self.rate),

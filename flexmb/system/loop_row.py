@@ -36,8 +36,10 @@ def loop_row(loops, used: int) -> dict[str, Any]:
     compiler.writing = compiler.writing or "Signals"
     numbers = [tuple(_markers(loops, scalar)) for scalar in loops.atoms]
     legs = tuple(dict.fromkeys(m for of_one in numbers for m in of_one if m >= 0))
-    place_of = {marker: k for k, marker in enumerate(legs)}
-    rows = np.array([in_order(MEASURED, z.record(compiler, place_of)) for z in loops.atoms], MEASURED)
+    legs_of = {marker: k for k, marker in enumerate(legs)}
+    rows = np.array(
+        [in_order(MEASURED, z.record(compiler, lambda m: legs_of.get(m, -1))) for z in loops.atoms], MEASURED
+    )
     rows["source"] = sources
     programs = [renumbered(program, n_atoms) for program in loops.programs]
     ops, args, tables = joined_arrays(programs)
