@@ -57,6 +57,7 @@ def _report(data: ModalArrays) -> str:
             "",
             *_frequencies(q),
             *_transfer(q),
+            *_wandering(data, q),
             "",
             *_effective_mass(q),
             "",
@@ -157,6 +158,24 @@ def _transfer(q: dict[str, Any]) -> list[str]:
         f"Response to loads up to {t['frequencies'][-1]:.4g} Hz with {100 * t['damping']:.3g} % damping",
         f"  error           at most {t['relative']:.2e} of the largest response, at {t['worst']:.4g} Hz",
     ]
+
+
+def _wandering(data: ModalArrays, q: dict[str, Any]) -> list[str]:
+    """Say where loads move or press, and what of the deflection under them is missing; older data do not know."""
+    rows = []
+    for name, track in q.get("tracks", {}).items():
+        ends = data.nodes[[track["nodes"][k] for k in (0, -1)]] if "nodes" in track else []
+        along = " to ".join(f"({', '.join(f'{x:.4g}' for x in end)})" for end in ends)
+        rows.append((name, f"{len(track['places'])} nodes, {track['places'][-1]:.6g} m, {along}", track))
+    rows += [(name, f"{zone['patches']} facets", zone) for name, zone in q.get("contact", {}).items()]
+    known = [
+        f"  {name:<16} {where}: {told['shapes']} shapes joined, {100.0 * told['missing']:.2g} % missing; without them "
+        f"{100.0 * told['missing_before']:.2g} %"
+        for name, where, told in rows
+        if "missing" in told
+    ]
+    title = "Loads that move: error of the deflection under them at rest, interfaces held, over the largest deflection"
+    return ["", title, *known] if known else []
 
 
 def _effective_mass(q: dict[str, Any]) -> list[str]:

@@ -14,7 +14,7 @@ from scipy.linalg import eigh
 
 from flexmb.errors import ReductionError
 from flexmb.model.described import Described, finite_array, is_number
-from flexmb.reduction.basis import normal_modes
+from flexmb.reduction.basis import available_modes, normal_modes
 from flexmb.reduction.framed_body import FramedBody
 from flexmb.reduction.snapshots import Motion
 from flexmb.reduction.subspace import orthonormal_blocks
@@ -33,6 +33,8 @@ __all__ = [
 
 MODES = 12
 """Modes where no number is given."""
+ROUNDED = 1e-11
+"""Elastic part of a snapshot, relative to the whole in mass norms, below which it is what rounding leaves."""
 
 
 class SpannedBasis(Protocol):
@@ -43,6 +45,9 @@ class SpannedBasis(Protocol):
 
     def grown(self, modes: int, worst: float) -> tuple[SpannedBasis, int] | None:
         """Return a larger basis, given the frequency of the largest error, Hz; None where there is none."""
+
+    def most(self, framed: FramedBody, modes: int) -> int:
+        """Return `modes`, or how many there are where these are fewer."""
 
     def check(self, modes: int | None) -> int:
         """Return the number of modes to begin with; ReductionError where the number means nothing."""
@@ -78,6 +83,9 @@ class Rubin(metaclass=Described):
         free = _enough(framed, framed.modes(modes).vectors, modes)
         return orthonormal_blocks(framed.body.fe.M, [free, framed.solve(framed.excitation)])
 
+    def most(self, framed: FramedBody, modes: int) -> int:
+        return len(framed.modes(modes).w2)
+
     def grown(self, modes: int, worst: float) -> tuple[Rubin, int]:
         return self, modes + max(1, modes // 4)
 
@@ -88,7 +96,7 @@ class Krylov(metaclass=Described):
 
     Parameters
     ----------
-    frequencies : sequence of float, Hz
+    frequencies : float or sequence of float, Hz
         Where the response is exact; 0 makes statics exact.
     order : int
         Vectors per load and frequency: the response, and ``order - 1`` derivatives to the squared frequency.
@@ -97,12 +105,12 @@ class Krylov(metaclass=Described):
         Whether the vectors of the stations join: then ``2 order`` moments match to them, too, not ``order``.
     """
 
-    frequencies: tuple[float, ...] = (0.0,)
+    frequencies: Any = (0.0,)
     order: int = 1
     two_sided: bool = False
 
     def __post_init__(self):
-        values = finite_array(self.frequencies)
+        values = np.atleast_1d(finite_array(self.frequencies))
         if values.ndim != 1 or len(values) == 0 or values.min() < 0.0 or len(np.unique(values)) < len(values):
             raise _wrong("Krylov", f"frequencies = {self.frequencies!r}", "different frequencies from 0 Hz upwards",
                          "Write frequencies=(0.0, 120.0)")  # fmt: skip
@@ -117,6 +125,7 @@ class Krylov(metaclass=Described):
         """Return the block Arnoldi bases of all frequencies, (ndof, p): dependent directions are left out."""
         M = framed.body.fe.M
         loads = np.hstack([framed.excitation, framed.outputs]) if self.two_sided else framed.excitation
+        _check_loaded("Krylov", framed, loads)
         chains: list[np.ndarray] = []
         for w2 in (2.0 * np.pi * np.array(self.frequencies)) ** 2:
             chain = orthonormal_blocks(M, [framed.response(loads, w2)])
@@ -135,6 +144,9 @@ class Krylov(metaclass=Described):
         if near > 1e-3 * worst:
             return replace(self, frequencies=(*self.frequencies, worst)), modes
         return replace(self, order=self.order + 1), modes
+
+    def most(self, framed: FramedBody, modes: int) -> int:
+        return modes
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,30 +179,50 @@ class Pod(metaclass=Described):
             object.__setattr__(self, "snapshots", given)
 
     def check(self, modes: int | None) -> int:
+        if modes == 0:
+            raise _wrong("Pod", "modes = 0", "a number from 1 upwards",
+                         "Leave modes out: energy says how many, or take basis='Rubin' for statics alone")  # fmt: skip
         return 0 if modes is None else modes
 
     def vectors(self, framed: FramedBody, modes: int) -> np.ndarray:
         """Return the principal displacements, by energy, or `modes` of them, with the static responses if asked for."""
+        value, principal = self._principal(framed)
+        if modes > len(value):
+            raise _wrong("Pod", f"{modes} modes asked for", f"at most {len(value)}, the displacements that differ in "
+                         f"{self._count} snapshots", "Ask for fewer modes, or give more snapshots")  # fmt: skip
+        held = np.cumsum(value) / max(value.sum(), 1e-300)
+        count = modes or int(np.searchsorted(held, self.energy * (1.0 - 1e-14))) + 1
+        static = [framed.solve(framed.excitation)] if self.statics else []
+        return orthonormal_blocks(framed.body.fe.M, [principal[:, :count], *static])
+
+    def most(self, framed: FramedBody, modes: int) -> int:
+        return min(modes, len(self._principal(framed)[0]))
+
+    @property
+    def _count(self) -> int:
+        return len(self.snapshots.coordinates) if isinstance(self.snapshots, Motion) else self.snapshots.shape[1]
+
+    def _principal(self, framed: FramedBody) -> tuple[np.ndarray, np.ndarray]:
+        """Return the principal strain energies (p,), descending, and their displacements (ndof, p)."""
         fe = framed.body.fe
         given = self.snapshots.on(fe) if isinstance(self.snapshots, Motion) else self.snapshots
         if len(given) != fe.ndof:
             raise _wrong("Pod", f"snapshots of {len(given)} freedoms", f"{fe.ndof}, the freedoms of '{fe.name}'",
                          "Take the snapshots from the same FE model")  # fmt: skip
         moved = framed.elastic(_coupled(framed, given))
+        whole, rest = (np.einsum("ij,ij->j", one, fe.M @ one) for one in (given, moved))
+        moved = moved[:, rest > ROUNDED**2 * whole]
+        if not moved.shape[1]:
+            raise _wrong("Pod", f"{self._count} snapshots of a body that is not deformed", "elastic displacements",
+                         "Take the snapshots from a run in which loads deform the body")  # fmt: skip
         work = moved.T @ (fe.K @ moved)
         value, turn = eigh(0.5 * (work + work.T))
-        value, turn = np.maximum(value[::-1], 0.0), turn[:, ::-1]
-        held = np.cumsum(value) / max(value.sum(), 1e-300)
-        count = modes or int(np.searchsorted(held, self.energy * (1.0 - 1e-14))) + 1
-        count = min(count, int(np.sum(value > 1e-14 * value[0])))
-        principal = moved @ (turn[:, :count] / np.sqrt(value[:count]))
-        static = [framed.solve(framed.excitation)] if self.statics else []
-        return orthonormal_blocks(fe.M, [principal, *static])
+        value, turn = value[::-1], turn[:, ::-1]
+        kept = value > 1e-14 * value[0]
+        return value[kept], moved @ (turn[:, kept] / np.sqrt(value[kept]))
 
     def grown(self, modes: int, worst: float) -> tuple[Pod, int] | None:
-        larger = (modes or 1) + 1
-        count = len(self.snapshots.coordinates) if isinstance(self.snapshots, Motion) else self.snapshots.shape[1]
-        return None if larger > count else (self, larger)
+        return None if modes + 1 > self._count else (self, modes + 1)
 
 
 @dataclass(frozen=True)
@@ -222,8 +254,10 @@ class CharacteristicModes(metaclass=Described):
         K, mass = free.T @ (body.fe.K @ free), free.T @ (M @ free)
         y = eigh(0.5 * (mass + mass.T), 0.5 * (K + K.T))[1]
         shapes = free @ y[:, ::-1][:, : self.interface_modes]
-        modes = min(modes, len(body.interior))
         return orthonormal_blocks(M, [shapes, framed.elastic(normal_modes(body, modes).vectors)])
+
+    def most(self, framed: FramedBody, modes: int) -> int:
+        return len(available_modes(framed.body, modes).w2)
 
     def grown(self, modes: int, worst: float) -> tuple[CharacteristicModes, int]:
         step = max(2, self.interface_modes // 4)
@@ -260,9 +294,7 @@ class Balanced(metaclass=Described):
 
     def vectors(self, framed: FramedBody, modes: int) -> np.ndarray:
         """Return the leading `modes` eigenvectors of the Gramian, (ndof, modes)."""
-        if not framed.excitation.any():
-            raise _wrong("Balanced", "a body that nothing loads", "interfaces, or loads that join the basis",
-                         "Name interfaces, or take Rubin: its modes need no loads")  # fmt: skip
+        _check_loaded("Balanced", framed, framed.excitation)
         known = framed.modes(max(self.candidates, modes))
         w = np.sqrt(known.w2)
         force = known.vectors.T @ framed.excitation
@@ -276,6 +308,19 @@ class Balanced(metaclass=Described):
     def grown(self, modes: int, worst: float) -> tuple[Balanced, int] | None:
         larger = modes + max(1, modes // 4)
         return None if larger > self.candidates else (self, larger)
+
+    def most(self, framed: FramedBody, modes: int) -> int:
+        return len(framed.modes(modes).w2)
+
+
+def _check_loaded(kind: str, framed: FramedBody, loads: np.ndarray) -> None:
+    """Refuse a basis of responses to loads where there are none."""
+    if not loads.any():
+        named = framed.inputs.any()
+        raise _wrong(kind, "loads none of which joins the basis" if named else "a body that nothing loads",
+                     "interfaces, or loads that join the basis",
+                     "Write residual_vectors='all', or name interfaces" if named
+                     else "Name interfaces, or take Rubin: its modes need no loads")  # fmt: skip
 
 
 def _admissible(framed: FramedBody) -> np.ndarray:

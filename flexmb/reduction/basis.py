@@ -12,7 +12,15 @@ from flexmb.math.lanczos import lowest_modes
 from flexmb.reduction.checks import mechanism
 from flexmb.reduction.statics import HeldBody
 
-__all__ = ["Basis", "NormalModes", "free_modes", "normal_modes", "orthonormal_basis", "with_residuals"]
+__all__ = [
+    "Basis",
+    "NormalModes",
+    "available_modes",
+    "free_modes",
+    "normal_modes",
+    "orthonormal_basis",
+    "with_residuals",
+]
 
 HELD = 1e-10
 """A response whose part outside the modes is smaller than this, in mass norms, is held by them: the rest is what the
@@ -45,20 +53,24 @@ class Basis:
 
 def normal_modes(body: HeldBody, count: int, start: np.ndarray | None = None) -> NormalModes:
     """Return the `count` lowest modes with all interfaces held; ReductionError if there are not so many."""
-    fe = body.fe
-    if count == 0:
-        return NormalModes(np.zeros((fe.ndof, 0)), np.zeros(0))
-    available = len(body.interior)
-    w2, vectors = np.zeros(0), np.zeros((fe.ndof, 0))
-    if count <= available:
-        w2, vectors = lowest_modes(body.solve, lambda x: fe.M @ x, fe.ndof, count, start=start)
-    if len(w2) < count:
+    modes = available_modes(body, count, start) if count <= len(body.interior) else None
+    if modes is None or len(modes.w2) < count:
         raise ReductionError(
-            f"FE model '{fe.name}'",
+            f"FE model '{body.fe.name}'",
             found=f"{count} fixed-interface modes asked for",
-            expected=f"at most {len(w2) or available}, the freedoms with mass behind the interfaces",
+            expected=f"at most {len(body.interior) if modes is None else len(modes.w2)}, the freedoms with mass behind "
+            "the interfaces",
             remedy="Ask for fewer modes or name fewer interfaces, or refine the mesh",
         )
+    return modes
+
+
+def available_modes(body: HeldBody, count: int, start: np.ndarray | None = None) -> NormalModes:
+    """Return the `count` lowest modes with all interfaces held, or as many as there are."""
+    fe, count = body.fe, min(count, len(body.interior))
+    if count == 0:
+        return NormalModes(np.zeros((fe.ndof, 0)), np.zeros(0))
+    w2, vectors = lowest_modes(body.solve, lambda x: fe.M @ x, fe.ndof, count, start=start)
     return NormalModes(vectors, w2)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
@@ -19,7 +20,7 @@ from flexmb.reduction.bases import (
     SpannedBasis,
     described,
 )
-from flexmb.reduction.basis import NormalModes, normal_modes, orthonormal_basis, with_residuals
+from flexmb.reduction.basis import NormalModes, available_modes, orthonormal_basis, with_residuals
 from flexmb.reduction.damping import one_ratio
 from flexmb.reduction.framed_body import FramedBody
 from flexmb.reduction.mode_choice import UpTo, choose_modes
@@ -32,11 +33,43 @@ BASES: dict[str, Callable[..., Any]] = {
     kind.__name__: kind for kind in (CraigBampton, Rubin, Krylov, CharacteristicModes, Balanced)
 }
 """Bases that a text can name; `Pod` needs snapshots."""
-SAME = {"craigchang": "Rubin", "craigbampton": "CraigBampton", "guyan": "CraigBampton"}
+SAME = {
+    "craigchang": "Rubin",
+    "characteristicconstraintmodes": "CharacteristicModes",
+    "balancedtruncation": "Balanced",
+    "momentmatching": "Krylov",
+}
+"""Other names of bases."""
+REFUSED = {
+    "macneal": (
+        "MacNeal",
+        "residual flexibility without mass",
+        "mass in every flexible coordinate: the equations of motion are solved for their accelerations",
+        "Take basis='Rubin': the same modes and the same statics, with the mass of the residual shapes",
+    ),
+    "guyan": (
+        "Guyan",
+        "static deformation of the interfaces without normal modes",
+        "a basis that has a number of modes",
+        "Leave basis out and write modes=0: the same",
+    ),
+    "pod": (
+        "Pod",
+        "no snapshots",
+        "displacements of the body in a run",
+        "Write basis=reduction.Pod(reduction.snapshots_of(fe, data, coordinates)); basis = { kind = 'Pod', run = "
+        "'first.h5#beam' } in a model file, --basis 'Pod run=first.h5#beam' in the shell",
+    ),
+}
+"""Names of what is no basis here, and what to do: part, found, expected, remedy."""
 MOST_MODES = 500
 """Normal modes from which an accuracy is called out of reach: more cost more memory than the part itself."""
 STEPS = 60
 """How often a basis grows before the accuracy counts as out of reach."""
+IDLE = 3
+"""How often it grows by no shape until then."""
+EXACT = 1e-7
+"""Error of a basis that holds all shapes there are: no accuracy is told apart below it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +82,8 @@ class Chosen:
         Fixed-interface shapes of the basis.
     within : (nq + k, p) or None
         Coordinates of the displacements in constraint modes and `normal`; None: all of both.
+    before : callable returning (NormalModes, (nq + k, p) or None)
+        Both without the static responses to loads that join.
     exact : NormalModes or None
         Free-free modes of the full model, where they were needed.
     error : TransferError or None
@@ -59,6 +94,7 @@ class Chosen:
 
     normal: NormalModes
     within: np.ndarray | None
+    before: Callable[[], tuple[NormalModes, np.ndarray | None]]
     exact: NormalModes | None
     error: TransferError | None
     words: str
@@ -68,15 +104,12 @@ def parse_basis(basis: Any) -> Any:
     """Read a basis: a description, or a text such as ``"Rubin"`` or ``"Krylov frequencies=0,120 order=2"``."""
     if isinstance(basis, CraigBampton | Pod) or (hasattr(basis, "vectors") and not isinstance(basis, type)):
         return basis
-    words = basis.split() if isinstance(basis, str) else []
-    name = "".join(c for c in words[0].lower() if c.isalnum()) if words else ""
-    if name == "macneal":
-        raise ReductionError(
-            "Basis MacNeal",
-            found="residual flexibility without mass",
-            expected="mass in every flexible coordinate: the equations of motion are solved for their accelerations",
-            remedy="Take basis='Rubin': the same modes and the same statics, with the mass of the residual shapes",
-        )
+    words = re.sub(r",\s+", ",", basis).split() if isinstance(basis, str) else []
+    told = [word for word in words if "=" not in word]
+    name = "".join(c for c in "".join(told).lower() if c.isalnum())
+    if name in REFUSED:
+        part, found, expected, remedy = REFUSED[name]
+        raise ReductionError(f"Basis {part}", found=found, expected=expected, remedy=remedy)
     names = {kind.lower(): kind for kind in BASES}
     kind = SAME.get(name, names.get(name, ""))
     if not kind:
@@ -85,10 +118,11 @@ def parse_basis(basis: Any) -> Any:
             "Reduction",
             found=f"basis = {basis!r}",
             expected=f"One of: {known}",
-            remedy=did_you_mean(str(basis), BASES) or "See the how-to page 'choosing a basis'",
+            remedy=did_you_mean(" ".join(told), BASES)
+            or "Write basis='Rubin', or basis='Krylov frequencies=0,120 order=2'",
         )
     return BASES[kind](
-        **{key: _value(kind, key, value) for key, _, value in (word.partition("=") for word in words[1:])}
+        **{key: _value(kind, key, value) for key, _, value in (word.partition("=") for word in words[len(told) :])}
     )
 
 
@@ -131,10 +165,10 @@ def choose_basis(framed: FramedBody, basis: Any, modes: int | UpTo | None, joini
     body = framed.body
     if isinstance(basis, CraigBampton):
         if isinstance(modes, UpTo) and modes.response:
-            normal, error = _fixed_modes(framed, modes, joining, damping)
-            return Chosen(normal, None, None, error, described(basis))
-        normal, exact = choose_modes(body, 12 if modes is None else modes)
-        return Chosen(with_residuals(body, normal, joining), None, exact, None, described(basis))
+            normal, error, own = _fixed_modes(framed, modes, joining, damping)
+            return Chosen(normal, None, lambda: (own, None), None, error, described(basis))
+        own, exact = choose_modes(body, 12 if modes is None else modes)
+        return Chosen(with_residuals(body, own, joining), None, lambda: (own, None), exact, None, described(basis))
     if isinstance(modes, UpTo) and not modes.response:
         raise ReductionError(
             f"Basis {type(basis).__name__}",
@@ -144,35 +178,47 @@ def choose_basis(framed: FramedBody, basis: Any, modes: int | UpTo | None, joini
             "basis='CraigBampton'",
         )
     error = None
-    count = basis.check(None if isinstance(modes, UpTo) else modes)
-    vectors = _vectors(framed, basis, count, joining)
     if isinstance(modes, UpTo):
-        basis, vectors, error = _accurate(framed, basis, modes, joining, damping)
+        basis, count, vectors, error = _accurate(framed, basis, modes, joining, damping)
+    else:
+        count = basis.check(modes)
+        vectors = _vectors(framed, basis, count, joining)
     normal, within = in_coordinates(framed, vectors)
-    return Chosen(normal, within, None, error, described(basis))
+    return Chosen(normal, within, lambda: _alone(framed, basis, count), None, error, described(basis))
+
+
+def _alone(framed: FramedBody, basis: SpannedBasis, count: int) -> tuple[NormalModes, np.ndarray | None]:
+    """Return the fixed-interface shapes and coordinates of a basis that knows of no loads but those on interfaces."""
+    alone = framed.without_joining()
+    if not alone.excitation.any() and not isinstance(basis, Rubin):
+        return available_modes(framed.body, 0), None
+    return in_coordinates(alone, basis.vectors(alone, basis.most(alone, count)))
 
 
 def _fixed_modes(framed: FramedBody, asked: UpTo, joining: np.ndarray, damping: Any):
-    """Return the fixed-interface shapes with which Craig & Bampton's basis meets an accuracy of the response, and its
-    error."""
-    body, free, zeta = framed.body, framed.freed(), one_ratio(damping)
-    most, found, modes = min(len(body.interior), MOST_MODES), 8, normal_modes(body, 0)
+    """Return the fixed-interface shapes with which Craig & Bampton's basis meets an accuracy of the response, its
+    error, and the normal modes alone."""
+    body, free = framed.body, framed.freed()
+    zeta = one_ratio(damping, free.modes_in_band(asked.frequency))
+    found, modes = 8, available_modes(body, 0)
 
-    def tried(count: int) -> tuple[NormalModes, TransferError]:
-        normal = with_residuals(body, NormalModes(modes.vectors[:, :count], modes.w2[:count]), joining)
+    def tried(count: int) -> tuple[NormalModes, TransferError, NormalModes]:
+        own = NormalModes(modes.vectors[:, :count], modes.w2[:count])
+        normal = with_residuals(body, own, joining)
         shapes = free.elastic(orthonormal_basis(body, normal, None).shapes)
-        return normal, transfer_error(free, shapes, asked.frequency, zeta)
+        return normal, transfer_error(free, shapes, asked.frequency, zeta), own
 
-    low, best = 0, tried(0)
-    while best[1].relative > asked.accuracy and len(modes.w2) < most:
-        low, found = len(modes.w2) + 1, 2 * found
-        modes = normal_modes(body, min(found, most), start=modes.vectors)
+    low, best, all_found = 0, tried(0), False
+    while best[1].relative > asked.accuracy and len(modes.w2) < MOST_MODES and not all_found:
+        low, found = len(modes.w2) + 1, min(2 * found, MOST_MODES)
+        modes = available_modes(body, found, start=modes.vectors)
+        all_found = len(modes.w2) < found
         best = tried(len(modes.w2))
-    if best[1].relative > asked.accuracy and len(modes.w2) < len(body.interior):
+    if best[1].relative > max(asked.accuracy, EXACT if all_found else 0.0):
         raise ReductionError(
             "Basis CraigBampton",
             found=f"an error of {100.0 * best[1].relative:.3g} % up to {asked.frequency:g} Hz "
-            f"with {len(modes.w2)} modes",
+            f"with {len(modes.w2)} modes{', all there are' if all_found else ''}",
             expected=f"at most {100.0 * asked.accuracy:.3g} % of the largest response",
             remedy=f"Let loads with a large error join by residual_vectors, ask for less, take another basis, or write "
             f"modes='up to {asked.frequency:g} Hz within {100.0 * asked.accuracy:.3g} % of the frequencies'",
@@ -195,25 +241,31 @@ def _vectors(framed: FramedBody, basis: SpannedBasis, count: int, joining: np.nd
 
 
 def _accurate(framed: FramedBody, basis: SpannedBasis, asked: UpTo, joining: np.ndarray, damping: Any):
-    """Return the first basis that meets the accuracy, its displacements and their error."""
+    """Return the first basis that meets the accuracy, its number of modes, its displacements and their error."""
     limit = (2.0 * np.pi * asked.frequency) ** 2
-    zeta, free = one_ratio(damping), framed.freed()
+    free = framed.freed()
+    zeta = one_ratio(damping, free.modes_in_band(asked.frequency))
     count = 0 if isinstance(basis, Krylov) else max(1, int(np.sum(framed.modes_beyond(limit).w2 <= limit)))
-    best = np.inf
+    best, size, idle = np.inf, 0, 0
     for _ in range(STEPS):
+        count = basis.most(framed, count)
         vectors = _vectors(framed, basis, count, joining)
-        error = transfer_error(free, orthonormal_blocks(free.body.fe.M, [free.elastic(vectors)]), asked.frequency, zeta)
-        best = min(best, error.relative)
-        if error.relative <= asked.accuracy:
-            return basis, vectors, error
+        shapes = orthonormal_blocks(free.body.fe.M, [free.elastic(vectors)])
+        error = transfer_error(free, shapes, asked.frequency, zeta)
+        best, idle = min(best, error.relative), idle + 1 if vectors.shape[1] == size else 0
+        size = vectors.shape[1]
+        if error.relative <= max(asked.accuracy, EXACT if idle else 0.0):
+            return basis, count, vectors, error
         larger = basis.grown(count, error.worst)
-        if larger is None:
+        if larger is None or idle == IDLE:
             break
         basis, count = larger
+    hint = {"Pod": "give more snapshots or statics=True, ", "Balanced": "give more candidates, "}
     raise ReductionError(
         f"Basis {type(basis).__name__}",
-        found=f"an error of {100.0 * best:.3g} % at best up to {asked.frequency:g} Hz ({described(basis)})",
+        found=f"an error of {100.0 * best:.3g} % at best up to {asked.frequency:g} Hz, with {size} shapes "
+        f"({described(basis)})",
         expected=f"at most {100.0 * asked.accuracy:.3g} % of the largest response",
-        remedy="Let loads with a large error join by residual_vectors, give more snapshots or candidates, or take "
-        "another basis",
+        remedy=f"Let loads with a large error join by residual_vectors, {hint.get(type(basis).__name__, '')}ask for "
+        "less, or take another basis",
     )

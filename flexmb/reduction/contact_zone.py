@@ -14,9 +14,9 @@ from flexmb.fem.surface_load import pressure_field
 from flexmb.model.described import Described, is_number
 from flexmb.reduction.loads import facets_of
 from flexmb.reduction.statics import HeldBody
-from flexmb.reduction.tracks import principal_forces
+from flexmb.reduction.wandering_loads import Wandering, wandering
 
-__all__ = ["ContactZone", "contact_forces", "zones_of"]
+__all__ = ["ContactZone", "loads_on_zones", "zones_of"]
 
 MOST_FACETS = 2000
 """Each has a static response of the full model."""
@@ -81,11 +81,9 @@ def zones_of(contact: Any) -> dict[str, ContactZone]:
     return {zone.where: zone for zone in zones}
 
 
-def contact_forces(body: HeldBody, zones: Mapping[str, ContactZone]) -> tuple[np.ndarray, dict[str, Any]]:
-    """Return the patch loads whose static responses join the basis (ndof, k), and what the report says of them."""
-    chosen, told = [np.zeros((body.fe.ndof, 0))], {}
-    for name, zone in zones.items():
-        unit = zone.patches(body.fe)
-        chosen.append(principal_forces(body, unit, zone.rest))
-        told[name] = {"patches": unit.shape[1], "shapes": chosen[-1].shape[1], "rest": float(zone.rest)}
-    return np.hstack(chosen), told
+def loads_on_zones(body: HeldBody, zones: Mapping[str, ContactZone]) -> dict[str, Wandering]:
+    """Return the patch loads of all zones."""
+    unit = {name: zone.patches(body.fe) for name, zone in zones.items()}
+    return {
+        name: wandering(body, unit[name], zone.rest, {"patches": unit[name].shape[1]}) for name, zone in zones.items()
+    }

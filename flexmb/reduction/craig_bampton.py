@@ -19,7 +19,7 @@ from flexmb.reduction.assembled import check_within
 from flexmb.reduction.bases import CraigBampton
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis
 from flexmb.reduction.basis_choice import Chosen, choose_basis, parse_basis
-from flexmb.reduction.contact_zone import ContactZone, contact_forces, zones_of
+from flexmb.reduction.contact_zone import ContactZone, loads_on_zones, zones_of
 from flexmb.reduction.damping import damping_ratios, one_ratio
 from flexmb.reduction.framed_body import FramedBody
 from flexmb.reduction.geometric import by_loads, geometric_matrices
@@ -33,8 +33,9 @@ from flexmb.reduction.mode_choice import HIGHEST, USUAL, UpTo, parse_modes
 from flexmb.reduction.quality import quality_numbers
 from flexmb.reduction.statics import HeldBody
 from flexmb.reduction.stress import middle_surface, stress_modes
-from flexmb.reduction.tracks import Track, expanded, joining_forces
+from flexmb.reduction.tracks import Track, expanded, loads_on_tracks
 from flexmb.reduction.transfer_error import TransferError, transfer_error
+from flexmb.reduction.wandering_loads import doubts, tell_missing
 from flexmb.told import tell
 
 __all__ = ["joining", "reduce"]
@@ -176,8 +177,8 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     body = HeldBody(fe, couplings, backend)
     say("normal modes", 0.3)
     residual = forces[:, [names.index(name) for name in asked.residual_vectors]]
-    pressed, zones = contact_forces(body, asked.contact)
-    joining = np.hstack([residual, joining_forces(body, forces, names, tracks), pressed])
+    rolling, pressing = loads_on_tracks(body, forces, names, tracks), loads_on_zones(body, asked.contact)
+    joining = np.hstack([residual, *(load.joining for load in (*rolling.values(), *pressing.values()))])
     clamped = None if asked.frame == "buckens" else _frame_interface(asked.frame, couplings, body)
     framed = FramedBody(body, clamped, markers, forces, joining)
     chosen = choose_basis(framed, asked.basis, asked.modes, joining, asked.damping)
@@ -191,13 +192,16 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     if exact is None and asked.compare:
         exact = free_modes(body, asked.compare, start=basis.shapes)
     error = _bounded(framed, basis, chosen, asked)
+    told = {
+        words: tell_missing(body, wandering, (normal, chosen.within), chosen.before())
+        for words, wandering in (("tracks", rolling), ("contact", pressing))
+        if wandering
+    }
     say("invariants, stress modes and report", 0.9)
     body.release_factor()
     quality = quality_numbers(body, chosen, basis, exact, error, clamped, markers[len(couplings) :], band)
-    if tracks:
-        quality["tracks"] = tracks
-    if zones:
-        quality["contact"] = zones
+    quality |= told
+    quality["warnings"] += [text for loads in told.values() for text in doubts(loads)]
     if words := middle_surface(fe) if asked.stress else "":
         tell(words, UserWarning)
         quality["warnings"].append(words)
@@ -222,7 +226,8 @@ def _bounded(framed: FramedBody, basis: Basis, chosen: Chosen, asked: _Settings)
     if asked.error_up_to is None:
         return chosen.error
     free = framed.freed()
-    return transfer_error(free, free.elastic(basis.shapes), asked.error_up_to, one_ratio(asked.damping))
+    zeta = one_ratio(asked.damping, free.modes_in_band(asked.error_up_to))
+    return transfer_error(free, free.elastic(basis.shapes), asked.error_up_to, zeta)
 
 
 def _stiffening(
@@ -365,13 +370,6 @@ def _check_names(asked: _Settings) -> None:
             found=f"compare = {asked.compare!r}",
             expected="a count from 0 upwards",
             remedy="Give how many frequencies of the full model the report compares",
-        )
-    if asked.error_up_to is not None and not (is_number(asked.error_up_to) and asked.error_up_to > 0.0):
-        raise ReductionError(
-            "Reduction",
-            found=f"error_up_to = {asked.error_up_to!r}",
-            expected="a frequency above 0 Hz",
-            remedy="Write error_up_to=500.0",
         )
     common = sorted(set(interfaces) & set(stations))
     if common:

@@ -51,21 +51,8 @@ def damping_ratios(damping: Any, w2: np.ndarray, dampers: np.ndarray | None = No
     w = np.sqrt(w2)
     if damping is None:
         ratios = np.zeros(len(w)) if dampers is None else np.maximum(dampers, 0.0) / (2.0 * w)
-    elif isinstance(damping, Rayleigh):
-        ratios = damping.mass / (2.0 * w) + damping.stiffness * w / 2.0
-    elif isinstance(damping, Bands):
-        try:
-            upper, values = (np.array(column, float) for column in zip(*damping.bands, strict=True))
-        except (TypeError, ValueError, OverflowError):
-            raise _unreadable(damping.bands) from None
-        if np.any(np.diff(upper) <= 0.0):
-            raise ReductionError(
-                "Damping",
-                found=f"bands up to {list(upper)} Hz",
-                expected="rising upper frequencies",
-                remedy="Order the bands by frequency",
-            )
-        ratios = values[np.minimum(np.searchsorted(upper, w / (2.0 * np.pi)), len(upper) - 1)]
+    elif isinstance(damping, Rayleigh | Bands):
+        ratios = _by_frequency(damping, w)
     else:
         try:
             ratios = np.atleast_1d(np.asarray(damping, float))
@@ -92,9 +79,39 @@ def damping_ratios(damping: Any, w2: np.ndarray, dampers: np.ndarray | None = No
     return ratios
 
 
-def one_ratio(damping: Any) -> float | None:
-    """Return the fraction of critical damping of all modes, where it is one number."""
-    return float(damping) if is_number(damping) and damping >= 0.0 else None
+def one_ratio(damping: Any, w2: np.ndarray) -> float | None:
+    """Return the fraction of critical damping at which responses are compared; None for the usual.
+
+    `w2` (k,), 1/s2, are the squared frequencies of the full body in the band. The smallest ratio counts: there
+    resonances are highest, and errors largest.
+    """
+    if is_number(damping):
+        return float(damping) if damping >= 0.0 else None
+    if isinstance(damping, Rayleigh | Bands):
+        return float(_by_frequency(damping, np.sqrt(w2)).min()) if len(w2) else None
+    try:
+        ratios = np.zeros(0) if damping is None else np.asarray(damping, float)
+    except (TypeError, ValueError, OverflowError):
+        return None  # refused where the modes are known
+    return float(ratios.min()) if ratios.ndim == 1 and ratios.size and np.all(ratios >= 0.0) else None
+
+
+def _by_frequency(damping: Rayleigh | Bands, w: np.ndarray) -> np.ndarray:
+    """Return the ratios (m,) at angular frequencies (m,), 1/s."""
+    if isinstance(damping, Rayleigh):
+        return damping.mass / (2.0 * w) + damping.stiffness * w / 2.0
+    try:
+        upper, values = (np.array(column, float) for column in zip(*damping.bands, strict=True))
+    except (TypeError, ValueError, OverflowError):
+        raise _unreadable(damping.bands) from None
+    if np.any(np.diff(upper) <= 0.0):
+        raise ReductionError(
+            "Damping",
+            found=f"bands up to {list(upper)} Hz",
+            expected="rising upper frequencies",
+            remedy="Order the bands by frequency",
+        )
+    return values[np.minimum(np.searchsorted(upper, w / (2.0 * np.pi)), len(upper) - 1)]
 
 
 def _unreadable(damping: Any) -> ReductionError:

@@ -66,6 +66,12 @@ class FramedBody:
             return self
         return FramedBody(self.body, None, self._markers, self._loads, self._joining)
 
+    def without_joining(self) -> FramedBody:
+        """Return the body without loads that join the basis; modes that are known stay known."""
+        alone = FramedBody(self.body, self.frame, self._markers, self._loads, self._loads[:, :0])
+        alone._modes, alone._all_found = self._modes, self._all_found
+        return alone
+
     @cached_property
     def _at_interfaces(self) -> np.ndarray:
         """Loads of one newton on interface freedoms, (ndof, k)."""
@@ -136,6 +142,12 @@ class FramedBody:
             if len(modes.w2) < count:
                 return modes
             count *= 2
+
+    def modes_in_band(self, limit: float) -> np.ndarray:
+        """Return the squared frequencies (k,), 1/s2, of the modes up to `limit`, Hz; of the first where none is."""
+        square = (2.0 * np.pi * limit) ** 2
+        w2 = self.modes_beyond(square).w2
+        return w2[: max(1, int(np.sum(w2 <= square)))]
 
     def response(self, forces: np.ndarray, w2: float) -> np.ndarray:
         """Return the elastic response ``(K - w2 M)^-1 f`` (ndof, k), m, to harmonic forces without damping.

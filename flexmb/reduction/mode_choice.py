@@ -9,16 +9,18 @@ import numpy as np
 
 from flexmb.errors import ReductionError
 from flexmb.model.described import Described, is_number, whole
-from flexmb.reduction.basis import NormalModes, free_modes, normal_modes, orthonormal_basis
+from flexmb.reduction.basis import NormalModes, available_modes, free_modes, normal_modes, orthonormal_basis
 from flexmb.reduction.statics import HeldBody
 
 __all__ = ["HIGHEST", "USUAL", "UpTo", "choose_modes", "parse_modes"]
 
-_NUMBER = r"(\d+\.?\d*(?:e[+-]?\d+)?)"
+_NUMBER = r"((?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)"
 _PATTERN = re.compile(
-    rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:\s+within\s+{_NUMBER}\s*%)?(?:\s+of\s+the\s+(response|frequencies))?\s*",
+    rf"\s*up to\s+{_NUMBER}\s*(k?hz)(?:,?\s+within\s+{_NUMBER}\s*(?:%|percent))?"
+    r"(?:\s+of\s+(?:the\s+)?(response|frequencies))?\s*",
     re.IGNORECASE,
 )
+_UNITS = {"hz": 1.0, "khz": 1e3}
 _DEFAULT_ACCURACY = 0.01
 HIGHEST = 1e12
 """Hz: no part vibrates at more, and squares of what is far above are no numbers."""
@@ -53,11 +55,11 @@ class UpTo(metaclass=Described):
                 expected=f"a frequency above 0 and up to {HIGHEST:.0e} Hz",
                 remedy="Write UpTo(200.0, 0.01), or modes='up to 200 Hz within 1 %'",
             )
-        if not (is_number(self.accuracy) and self.accuracy > 0.0):
+        if not (is_number(self.accuracy) and 0.0 < self.accuracy < 1.0):
             raise ReductionError(
                 "UpTo",
                 found=f"accuracy = {self.accuracy!r:.80}",
-                expected="a positive relative error, 0.01 for 1 %",
+                expected="a relative error above 0 and below 1, which is all of the response: 0.01 for 1 %",
                 remedy="Write UpTo(200.0, 0.01), or modes='up to 200 Hz within 1 %'",
             )
 
@@ -75,16 +77,15 @@ def parse_modes(modes: int | str | UpTo) -> int | UpTo | None:
     if isinstance(modes, str):
         match = _PATTERN.fullmatch(modes)
         if match:
-            unit = 1e3 if match[2].lower() == "khz" else 1.0
             accuracy = float(match[3]) / 100.0 if match[3] else _DEFAULT_ACCURACY
-            return UpTo(float(match[1]) * unit, accuracy, (match[4] or "").lower() != "frequencies")
+            return UpTo(float(match[1]) * _UNITS[match[2].lower()], accuracy, (match[4] or "").lower() != "frequencies")
     elif isinstance(modes, (int, np.integer)) and not isinstance(modes, bool) and modes >= 0:
         return int(modes)
     raise ReductionError(
         "Reduction",
         found=f"modes = {modes!r}",
         expected="a count, or a text like 'up to 200 Hz within 1 %', or '... within 1 % of the frequencies'",
-        remedy="See the how-to page 'choosing modes'",
+        remedy="Write modes=12, or modes='up to 200 Hz within 0.5 %'; decimals have a point",
     )
 
 
@@ -99,13 +100,12 @@ def choose_modes(body: HeldBody, choice: int | UpTo) -> tuple[NormalModes, Norma
     exact = _modes_up_to(lambda count: free_modes(body, count), limit, body.fe.ndof)
     wanted = exact.w2[exact.w2 <= limit]
     count = max(2 * len(wanted), 4)
-    most = len(body.interior)
     while True:
-        modes = normal_modes(body, min(count, most))
+        modes = available_modes(body, count)
         enough = _fewest(body, modes, wanted, choice.accuracy)
         if enough is not None:
             return enough, exact
-        if count >= most:  # all there are: exact up to rounding
+        if len(modes.w2) < count:  # all there are: exact up to rounding
             return modes, exact
         count *= 2
 

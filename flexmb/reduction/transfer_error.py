@@ -25,6 +25,7 @@ BEYOND = 2.0
 MOST_FREEDOMS = 24
 """Interface freedoms up to which errors are kept with their phases: their number grows with the square."""
 _LINES = 100  # frequencies over a band, besides the resonances
+_FINER, _PEAKS = 3, 4  # times that lines are put beside the largest peaks of the error, and how many peaks
 _DIGITS = 7  # of a kept matrix: shares of forces cancel to a hundredth or so, not to 1e-7
 
 
@@ -84,12 +85,11 @@ class TransferError:
 def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping: float | None = None) -> TransferError:
     """Return the bound up to the frequency `limit`, Hz, for shapes (ndof, m) of the frame and its rigid motions.
 
-    The bound holds at each frequency that is looked at: lines over the band and all resonances in it. ReductionError
-    where nothing loads the body.
+    The bound holds at each frequency that is looked at: lines over the band, all resonances in it, and more lines where
+    it is largest. ReductionError where nothing loads the body.
     """
     fe, zeta = framed.body.fe, REFERENCE_DAMPING if damping is None else max(damping, 1e-4)
-    loss, load = 1.0 + 2j * zeta, framed.inputs
-    if not load.any():
+    if not framed.inputs.any():
         raise ReductionError(
             f"FE model '{fe.name}'",
             found="neither interfaces nor loads",
@@ -97,37 +97,108 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
             remedy="Name interfaces or loads, or leave out error_up_to and give a number of modes or an accuracy "
             "'of the frequencies'",
         )
-    known = framed.modes_beyond((BEYOND * 2.0 * np.pi * limit) ** 2)
-    nb = load.shape[1]
-    mass = fe.M @ shapes
-    answers = np.hstack([framed.solve(load), shapes, framed.solve(mass)])  # K^-1 of what residuals are made of
-    energy = answers.T @ (fe.K @ answers)
-    energy = 0.5 * (energy + energy.T)
-    K, M, F = shapes.T @ (fe.K @ shapes), shapes.T @ mass, shapes.T @ load
-    excited, shared = known.vectors.T @ load, known.vectors.T @ mass
-    ahead = known.w2[-1] if len(known.w2) else np.inf  # the last one is beyond the band
-    own_w2 = eigh(0.5 * (K + K.T), 0.5 * (M + M.T), eigvals_only=True)
-    frequencies = _lines(limit, zeta, np.concatenate([known.w2, own_w2]))
-    error, response = np.zeros(len(frequencies)), np.zeros(len(frequencies))
-    alone, k = np.zeros((len(frequencies), nb)), framed.at_interfaces
-    matrix = np.zeros((len(frequencies), k, k), complex) if 0 < k <= MOST_FREEDOMS else None
-    for number, w2 in enumerate((2.0 * np.pi * frequencies) ** 2):
-        answer = np.linalg.solve(loss * K - w2 * M, F.astype(complex))
-        made = np.vstack([np.eye(nb), -loss * answer, w2 * answer])
-        amplitude = excited - (loss * known.w2[:, None] - w2) * (shared @ answer)
-        over = amplitude / known.w2[:, None]
-        least, most = 1.0 / loss, 1.0 / (loss - w2 / ahead)  # dynamic over static response of modes that are not known
-        estimate = amplitude.T @ (amplitude / (loss * known.w2 - w2)[:, None])
+    bound = _bound(framed, shapes, limit, 1.0 + 2j * zeta)
+    own_w2 = eigh(bound.K, bound.M, eigvals_only=True)
+    frequencies = _lines(limit, zeta, np.concatenate([bound.known_w2, own_w2]))
+    lines = {f: bound.at(f) for f in frequencies.tolist()}
+    for _ in range(_FINER):
+        frequencies = np.array(sorted(lines))
+        between = _between_largest(frequencies, np.array([lines[f].error for f in frequencies.tolist()]))
+        lines |= {f: bound.at(f) for f in between}
+    ordered = [lines[f] for f in sorted(lines)]
+    k = framed.at_interfaces
+    return TransferError(
+        np.array(sorted(lines)),
+        np.array([line.error for line in ordered]),
+        np.array([line.response for line in ordered]),
+        np.array([line.alone[:k] for line in ordered]),
+        np.array([line.estimate[:k, :k] for line in ordered]) if 0 < k <= MOST_FREEDOMS else None,
+        zeta,
+        framed.body.length,
+    )
+
+
+def _between_largest(frequencies: np.ndarray, error: np.ndarray) -> list[float]:
+    """Return the middles on both sides of the largest peaks of the error over the frequencies."""
+    beside = np.concatenate([[-np.inf], error, [-np.inf]])
+    peaks = np.flatnonzero((error >= beside[:-2]) & (error >= beside[2:]))
+    peaks = peaks[np.argsort(-error[peaks], kind="stable")][:_PEAKS]
+    middles = 0.5 * (frequencies[1:] + frequencies[:-1])
+    places = {place for peak in peaks for place in (peak - 1, peak) if 0 <= place < len(middles)}
+    return [float(middles[place]) for place in sorted(places)]
+
+
+@dataclass(frozen=True)
+class _Line:
+    """The bound at one frequency, see `TransferError`."""
+
+    error: float
+    response: float
+    alone: np.ndarray
+    estimate: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Bound:
+    """What the bound is made of at any frequency, with the loss factor ``1 + 2 i zeta``.
+
+    K, M, F : of the reduced body
+    energy : products of the static responses to loads, K Phi and M Phi
+    known_w2, excited, shared : the modes that are known: their squared frequencies, shares of the loads and of M Phi
+    ahead : squared frequency from which on the others lie
+    """
+
+    loss: complex
+    K: np.ndarray
+    M: np.ndarray
+    F: np.ndarray
+    energy: np.ndarray
+    known_w2: np.ndarray
+    excited: np.ndarray
+    shared: np.ndarray
+    ahead: float
+
+    def at(self, hertz: float) -> _Line:
+        """Return the bound at a frequency, Hz."""
+        w2, loss, known_w2, energy, F = (2.0 * np.pi * hertz) ** 2, self.loss, self.known_w2, self.energy, self.F
+        answer = np.linalg.solve(loss * self.K - w2 * self.M, F.astype(complex))
+        made = np.vstack([np.eye(F.shape[1]), -loss * answer, w2 * answer])
+        amplitude = self.excited - (loss * known_w2[:, None] - w2) * (self.shared @ answer)
+        over = amplitude / known_w2[:, None]
+        least, most = 1.0 / loss, 1.0 / (loss - w2 / self.ahead)  # dynamic over static response of unknown modes
+        estimate = amplitude.T @ (amplitude / (loss * known_w2 - w2)[:, None])
         estimate += 0.5 * (least + most) * (made.T @ (energy @ made) - amplitude.T @ over)
         rest = made.conj().T @ (energy @ made) - amplitude.conj().T @ over
         width, size = 0.5 * abs(most - least), max(np.linalg.eigvalsh(rest)[-1], 0.0)
         own = np.sqrt(size * np.maximum(np.diag(rest).real, 0.0))
-        error[number] = np.linalg.norm(estimate, 2) + width * size
-        alone[number] = np.linalg.norm(estimate, axis=0) + width * own
-        if matrix is not None:
-            matrix[number] = estimate[:k, :k]
-        response[number] = max(np.linalg.norm(F.T @ answer + estimate, 2) - width * size, 0.0)
-    return TransferError(frequencies, error, response, alone[:, :k], matrix, zeta, framed.body.length)
+        return _Line(
+            np.linalg.norm(estimate, 2) + width * size,
+            max(np.linalg.norm(F.T @ answer + estimate, 2) - width * size, 0.0),
+            np.linalg.norm(estimate, axis=0) + width * own,
+            estimate,
+        )
+
+
+def _bound(framed: FramedBody, shapes: np.ndarray, limit: float, loss: complex) -> _Bound:
+    """Solve what the bound is made of: static responses once, modes up to a multiple of the band."""
+    fe, load = framed.body.fe, framed.inputs
+    beyond = (BEYOND * 2.0 * np.pi * limit) ** 2
+    known, mass = framed.modes_beyond(beyond), fe.M @ shapes
+    answers = np.hstack([framed.solve(load), shapes, framed.solve(mass)])  # K^-1 of what residuals are made of
+    energy = answers.T @ (fe.K @ answers)
+    K, M = shapes.T @ (fe.K @ shapes), shapes.T @ mass
+    all_known = not len(known.w2) or known.w2[-1] <= beyond  # others have no mass
+    return _Bound(
+        loss,
+        0.5 * (K + K.T),
+        0.5 * (M + M.T),
+        shapes.T @ load,
+        0.5 * (energy + energy.T),
+        known.w2,
+        known.vectors.T @ load,
+        known.vectors.T @ mass,
+        np.inf if all_known else float(known.w2[-1]),
+    )
 
 
 def _rounded(numbers: np.ndarray) -> np.ndarray:

@@ -227,6 +227,17 @@ def test_principal_displacements_are_those_of_the_snapshots(fe):
     assert reduction.reduce(fe, ENDS, basis=again).frequencies == pytest.approx(finer.frequencies, rel=1e-6)
 
 
+ONE = {"push": {20: (0.0, 1.0, 0.0)}}
+THREE = np.vstack([np.random.default_rng(2).standard_normal((82, 2)).T, np.ones(82)]).T @ [
+    [1, 0, 1],
+    [0, 1, 1],
+    [0, 0, 0],
+]
+_AT = np.linspace(0.0, 2.0, 41)
+STILL = np.array([np.column_stack([a + b * _AT, b + 0.0 * _AT]).ravel() for a, b in ((1, 0), (0, 1), (3, 2), (0, 0))]).T
+"""Three snapshots of which one is a sum, and rigid motions of the beam."""
+
+
 def test_what_is_unsound_is_refused_by_name(fe):
     for match, options in [
         ("MacNeal.*Rubin", {"basis": "MacNeal"}),
@@ -246,8 +257,17 @@ def test_what_is_unsound_is_refused_by_name(fe):
             {"basis": "Rubin", "modes": "up to 200 Hz within 2 % of the frequencies"},
         ),
         ("a body that nothing loads", {"interfaces": {}, "basis": "Balanced"}),
-        ("a basis without shapes", {"interfaces": {}, "basis": "Krylov"}),
-        ("at best up to 2000 Hz", {"basis": reduction.Pod(np.ones((82, 1))), "modes": "up to 2 kHz within 1 %"}),
+        ("a body that nothing loads", {"interfaces": {}, "basis": "Krylov"}),
+        ("none of which joins.*residual_vectors='all'", {"interfaces": {}, "basis": "Krylov", "loads": ONE}),
+        ("none of which joins.*residual_vectors='all'", {"interfaces": {}, "basis": "Balanced", "loads": ONE}),
+        ("Guyan.*modes=0", {"basis": "Guyan"}),
+        ("MacNeal.*Rubin", {"basis": "Mac Neal"}),
+        ("Basis Pod: no snapshots.*snapshots_of", {"basis": "POD"}),
+        ("8 modes asked for.*at most 2, .*more snapshots", {"basis": reduction.Pod(THREE), "modes": 8}),
+        ("modes = 0.*energy", {"basis": reduction.Pod(THREE), "modes": 0}),
+        ("4 snapshots of a body that is not deformed", {"basis": reduction.Pod(STILL)}),
+        ("80 fixed-interface modes asked for. Expected: at most 78", {"basis": "CharacteristicModes", "modes": 80}),
+        ("at best up to 2000 Hz.*statics=True", {"basis": reduction.Pod(THREE), "modes": "up to 2 kHz within 1 %"}),
     ]:
         with pytest.raises(ReductionError, match=match):
             reduction.reduce(fe, **{"interfaces": ENDS, **options})

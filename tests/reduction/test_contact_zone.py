@@ -64,6 +64,9 @@ def test_dent_under_a_patch(fe, name):
     zone = data.quality["contact"]["top"]
     assert zone["patches"] == 72
     assert data.n_modes == 12 + zone["shapes"]
+    assert zone["missing"] < 0.01
+    assert zone["missing_before"] > 0.5
+    assert "  top              72 facets: " in data.report()
 
 
 def test_rest_chooses_how_many(fe):

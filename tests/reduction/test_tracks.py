@@ -3,6 +3,7 @@ Bridges, 1934; Frýba, Vibration of Solids and Structures under Moving Loads, 19
 
 import numpy as np
 import pytest
+from scipy.linalg import null_space
 
 import flexmb as fmb
 from flexmb import fem, reduction
@@ -102,6 +103,54 @@ def test_statics_under_a_load_on_the_track_are_met(fe, basis):
         errors.append(np.abs(own / exact - 1.0).mean())
     assert errors[1] < 0.02
     assert errors[0] > 5.0 * errors[1]
+
+
+@pytest.mark.parametrize(
+    ("basis", "modes"), [("CraigBampton", 4), ("Rubin", 4), ("Krylov", "usual"), ("CharacteristicModes", 4)]
+)
+@pytest.mark.parametrize("frame", ["buckens", "a"])
+def test_the_report_says_what_is_missing_with_and_without_the_shapes_of_a_track(fe, basis, modes, frame):
+    """Largest missing deflection over the largest one, against the matrices of the beam with held ends: from the data
+    of a body with the shapes, and of one without."""
+    K = fe.K.toarray()[6:-6, 6:-6]
+    own = np.diag(np.linalg.inv(K))[fe.dofs[6:-6, 1] == 2]
+    exact, missing = np.concatenate([[0.0], own, [0.0]]), []
+    for rest in (1e-3, 1.0):
+        loads = {"rail": reduction.Track(range_of(fe), (0, 0, -1), rest=rest)}
+        given = {"basis": basis, "loads": loads, "compare": 0, "frame": frame}
+        data = reduction.reduce(fe, {"a": [0], "b": [NODES - 1]}, modes, **given)
+        rows = []
+        for k, x in enumerate(data.marker_positions[:, 0]):
+            lever = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, x], [0.0, -x, 0.0]])
+            rigid = np.block([[np.eye(3), lever], [np.zeros((3, 3)), np.eye(3)]])
+            rows.append(np.hstack([rigid, np.vstack([data.marker_translations[k], data.marker_rotations[k]])]))
+        held = null_space(np.vstack(rows), rcond=1e-9)
+        stiffness = held[6:].T @ data.stiffness @ held[6:]
+        share = data.load_shapes @ held
+        found = np.einsum("lm,ml->l", share, np.linalg.solve(stiffness, share.T))
+        missing.append((exact - found).max() / exact.max())
+    with_shapes = reduction.reduce(
+        fe,
+        {"a": [0], "b": [NODES - 1]},
+        modes,
+        basis=basis,
+        loads={"rail": reduction.Track(range_of(fe), (0, 0, -1))},
+        compare=0,
+        frame=frame,
+    )
+    told = with_shapes.quality["tracks"]["rail"]
+    assert told["missing"] == pytest.approx(missing[0], rel=1e-5)
+    assert told["missing_before"] == pytest.approx(missing[1], rel=1e-5)
+    assert told["missing"] < 1e-3 < 0.01 < told["missing_before"]
+    line = next(line for line in with_shapes.report().splitlines() if line.startswith("  rail "))
+    assert "33 nodes, 4 m, (0, 0, 0) to (4, 0, 0)" in line
+    assert f"{100 * missing[0]:.2g} % missing; without them {100 * missing[1]:.2g} %" in line
+
+
+def test_a_body_that_is_too_stiff_under_a_load_that_moves_says_so(fe):
+    loads = {"rail": reduction.Track(range_of(fe), (0, 0, -1), rest=1.0)}
+    data = reduction.reduce(fe, {"a": [0], "b": [NODES - 1]}, 0, loads=loads, compare=0)
+    assert "'rail' the body is too stiff: up to 1e+02 % of the largest deflection" in data.quality["warnings"][-1]
 
 
 def test_a_track_is_ordered_and_follows_units(fe):
