@@ -169,8 +169,8 @@ def _wandering(data: ModalArrays, q: dict[str, Any]) -> list[str]:
         rows.append((name, f"{len(track['places'])} nodes, {track['places'][-1]:.6g} m, {along}", track))
     rows += [(name, f"{zone['patches']} facets", zone) for name, zone in q.get("contact", {}).items()]
     known = [
-        f"  {name:<16} {where}: {told['shapes']} shapes joined, {100.0 * told['missing']:.2g} % missing; without them "
-        f"{100.0 * told['missing_before']:.2g} %"
+        f"  {name:<16} {where}: {told['shapes']} shapes joined, {100.0 * told['missing']:.3g} % missing; without them "
+        f"{100.0 * told['missing_before']:.3g} %"
         for name, where, told in rows
         if "missing" in told
     ]

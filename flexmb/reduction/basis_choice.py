@@ -61,7 +61,7 @@ REFUSED = {
         "'first.h5#beam' } in a model file, --basis 'Pod run=first.h5#beam' in the shell",
     ),
 }
-"""Names of what is no basis here, and what to do: part, found, expected, remedy."""
+"""Names that are refused, and what to do instead: part, found, expected, remedy."""
 MOST_MODES = 500
 """Normal modes from which an accuracy is called out of reach: more cost more memory than the part itself."""
 STEPS = 60

@@ -137,7 +137,7 @@ def _of_spanned(body: HeldBody, basis: Basis, numbers: dict[str, Any]) -> list[s
         )
     if moves >= asked and numbers["static_error"] > 0.01:
         found.append(
-            f"Interface loads meet a static error of {100.0 * numbers['static_error']:.2g} % with {numbers['basis']}. "
+            f"Interface loads meet a static error of {100.0 * numbers['static_error']:.3g} % with {numbers['basis']}. "
             "Take a basis that is exact in statics: Rubin, Krylov with the frequency 0, Pod with statics=True."
         )
         tell(f"Reduction of '{body.fe.name}': {found[-1]}")
@@ -150,7 +150,7 @@ def _of_response(numbers: dict[str, Any]) -> list[str]:
     if told is None or told["relative"] <= _POOR:
         return []
     return [
-        f"The response to loads up to {told['frequencies'][-1]:.4g} Hz may be off by {100.0 * told['relative']:.2g} % "
+        f"The response to loads up to {told['frequencies'][-1]:.4g} Hz may be off by {100.0 * told['relative']:.3g} % "
         f"of the largest, at {told['worst']:.4g} Hz. Take more modes, or join loads by residual_vectors."
     ]
 

@@ -78,8 +78,8 @@ def tell_missing(
 def doubts(told: Mapping[str, dict[str, Any]]) -> list[str]:
     """Return what a report warns of: loads under which the body is too stiff."""
     return [
-        f"Under a load on '{name}' the body is too stiff: up to {100.0 * one['missing']:.2g} % of the largest "
-        f"deflection is missing. Write rest={min(1e-3, 0.1 * one['rest']):.0e}, or take more modes."
+        f"Under a load on '{name}' the body is too stiff: up to {100.0 * one['missing']:.3g} % of the largest "
+        f"deflection is missing. Write rest={0.01 * one['rest']:.0e}, or take more modes."
         for name, one in told.items()
         if one["missing"] > POOR
     ]

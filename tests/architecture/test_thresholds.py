@@ -98,6 +98,7 @@ KNOWN = {
         "profiles/cam.py: abs(angles[-1] - 2.0 * np.pi) > 1e-06",
         "profiles/feet.py: high - low < 1e-14",
         "profiles/segments.py: abs(r.imag) < 1e-12",
+        "reduction/lines.py: np.einsum('ij,ij->i', along[1:], along[:-1]) < BACKWARDS",
         "sensors/joint_coordinate.py: abs(before - now - TURN * turns) < 0.001",
         "surfaces/advancement.py: sine > 1e-12",
         "surfaces/box_pairs.py: square < PARALLEL",

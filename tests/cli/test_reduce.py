@@ -184,13 +184,24 @@ def test_a_body_is_replaced_only_when_asked(capsys):
 
 def test_a_track_and_a_basis_of_a_run_are_named(capsys):
     """The track has a shape for each node; wrong words are named before the mesh is read."""
-    places = ["--interface", "a=foot", "--material", "aluminium", "--no-stress", "--no-report", "--modes", "0"]
-    assert main(["reduce", MESH, *places, "--track", "rail=load:0,0,-1", "-o", "rail.h5"]) == 0
+    nodes = "\n".join(f"{k + 1}, {0.1 * k}, 0., 0." for k in range(9))
+    bars = "\n".join(f"{k + 1}, {k + 1}, {k + 2}" for k in range(8))
+    section = "*BEAM SECTION, ELSET=ALL, MATERIAL=S, SECTION=RECT\n0.02, 0.03\n0., 0., 1."
+    material = "*MATERIAL, NAME=S\n*ELASTIC\n7e10, 0.3\n*DENSITY\n2700."
+    sets = "*NSET, NSET=RAIL, GENERATE\n2, 8, 1"
+    text = f"*NODE\n{nodes}\n*ELEMENT, TYPE=B31, ELSET=ALL\n{bars}\n{sets}\n{section}\n{material}\n"
+    Path("bar.inp").write_text(text, encoding="utf-8")
+    ends = ["--interface", "a=node 1", "--modes", "0", "--no-report", "-o", "rail.h5"]
+    assert main(["reduce", "bar.inp", *ends, "--track", "rail=RAIL:0,0,-1"]) == 0
     data = fmb.ModalNeutralData.load("rail.h5")
     track = data.quality["tracks"]["rail"]
-    assert len(track["loads"]) == len(data.load_names) > 2
+    assert len(track["loads"]) == len(data.load_names) == 7
+    assert track["places"][-1] == pytest.approx(0.6)
     assert track["shapes"] >= 1
+    assert "7 nodes, 0.6 m, (0.1, 0, 0) to (0.7, 0, 0)" in data.report()
+    places = ["--interface", "a=foot", "--material", "aluminium", "--no-stress", "--no-report", "--modes", "0"]
     for wrong, words in (
+        (["--track", "rail=load:0,0,-1"], "Name the nodes of one line"),
         (["--track", "rail=load:0,x,1"], "--track rail"),
         (["--track", "rail=load", "--load", "rail=load"], "--load"),
         (["--basis", "Pod energy=0.9"], "Pod run=first/solution.h5#beam"),
