@@ -10,7 +10,7 @@ from flexmb.system.mobility import mass_diagonal
 from flexmb.system.program import evaluate
 from flexmb.told import tell
 
-__all__ = ["absolute_tolerance", "extents", "reaches"]
+__all__ = ["SLOW", "absolute_tolerance", "extents", "reaches"]
 
 SMALLEST = 1e-4
 """Least displacement of reference of flexible coordinates, relative to the length of the assembly."""
@@ -18,6 +18,9 @@ TURNED = 1e-3
 """A rotation error of a body moves its markers, not only its mass: so much of the assembly's length counts at least."""
 BEYOND = 2.0
 """Errors that are larger than asked for by this factor are told."""
+SLOW = 100.0
+"""s, length of a run from which on the absolute tolerance of velocities is less: in motions that take hours they are
+small."""
 DIGITS = 10.0
 """Errors are not estimated closer than this, times the rounding of positions."""
 

@@ -64,18 +64,47 @@ def _multipliers(L: np.ndarray, load: np.ndarray, e: Equations) -> np.ndarray:
     return of_lam * _least(L * of_lam, load)
 
 
-def _balanced(equations: Equations) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return dense M, L, G, f and the scale of the velocities, which makes lengths and angles comparable."""
-    M = equations.M.toarray()
-    diagonal = np.abs(np.diag(M))
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=1.0)))
-    return (
-        scale[:, None] * M * scale,
-        scale[:, None] * equations.L.toarray(),
-        equations.G.toarray() * scale,
-        scale * equations.f,
-        scale,
-    )
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Balanced:
+    """Dense equations in velocities that make lengths and angles comparable, each constraint with gradients of size 1.
+
+    Without that, equations between rotations of small bodies are so much larger than those between their places that
+    these look dependent: the units of the model would tell which.
+    """
+
+    M: np.ndarray
+    L: np.ndarray
+    G: np.ndarray
+    f: np.ndarray
+    b: np.ndarray
+    scale: np.ndarray
+
+    @classmethod
+    def of(cls, equations: Equations) -> _Balanced:
+        """Return equations in balance; multipliers keep their units."""
+        M = equations.M.toarray()
+        diagonal = np.abs(np.diag(M))
+        scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=1.0)))
+        G = equations.G.toarray() * scale
+        rows = _inverse_sizes(G)
+        return cls(
+            M=scale[:, None] * M * scale,
+            L=scale[:, None] * equations.L.toarray(),
+            G=rows[:, None] * G,
+            f=scale * equations.f,
+            b=rows * equations.b,
+            scale=scale,
+        )
+
+    def directions(self) -> np.ndarray:
+        """Return the forces of the multipliers (nu, ng), each of size 1."""
+        return self.L * _inverse_sizes(self.L.T)
+
+
+def _inverse_sizes(rows: np.ndarray) -> np.ndarray:
+    """Return 1 / norm of each row, 1 of rows of zeros."""
+    sizes = np.linalg.norm(rows, axis=1)
+    return 1.0 / np.where(sizes > 0.0, sizes, 1.0)
 
 
 def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
@@ -202,11 +231,10 @@ class Augmented(_Formulation):
         """Return accelerations (nu,) and multipliers (ng,)."""
         nu, ng = e.M.shape[0], e.G.shape[0]
         if nu + ng <= DENSE:
-            M, L, G, f, scale = _balanced(e)
-            of_lam = 1.0 / np.sqrt(e.weight)
-            matrix = np.block([[M, -L * of_lam], [G, np.zeros((ng, ng))]])
-            x = _least(matrix, np.concatenate([f, e.b]))
-            return scale * x[:nu], of_lam * x[nu:]
+            own, of_lam = _Balanced.of(e), 1.0 / np.sqrt(e.weight)
+            matrix = np.block([[own.M, -own.L * of_lam], [own.G, np.zeros((ng, ng))]])
+            x = _least(matrix, np.concatenate([own.f, own.b]))
+            return own.scale * x[:nu], of_lam * x[nu:]
         return _softened(e)
 
 
@@ -222,13 +250,14 @@ class NullSpace(_Formulation):
 
     def _solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""
-        M, L, G, f, scale = _balanced(e)
+        own = _Balanced.of(e)
+        M, G, f = own.M, own.G, own.f
         N = null_space(G, rcond=RANK) if len(G) else np.eye(len(M))
-        P = null_space(L.T, rcond=RANK) if len(G) else N
-        a = _least(G, e.b)
+        P = null_space(own.directions().T, rcond=RANK) if len(G) else N
+        a = _least(G, own.b)
         if N.shape[1]:
             a = a + N @ solve(P.T @ M @ N, P.T @ (f - M @ a))
-        return scale * a, _multipliers(L, M @ a - f, e)
+        return own.scale * a, _multipliers(own.L, M @ a - f, e)
 
 
 @dataclass(frozen=True)
@@ -244,9 +273,10 @@ class UdwadiaPhohomsiri(_Formulation):
 
     def _solve(self, e: Equations) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations (nu,) and multipliers (ng,)."""
-        M, L, G, f, scale = _balanced(e)
+        own = _Balanced.of(e)
+        M, G, f = own.M, own.G, own.f
         if len(G):
-            U, s, _ = svd(L, full_matrices=False)
+            U, s, _ = svd(own.directions(), full_matrices=False)
             U = U[:, s > RANK * max(s[0], 1e-300)]
         else:
             U = np.zeros((len(M), 0))
@@ -259,8 +289,8 @@ class UdwadiaPhohomsiri(_Formulation):
                 expected="every freedom to have inertia or a constraint",
                 remedy="Give the free motion inertia, or forbid it by a joint",
             )
-        a = _least(stacked, np.concatenate([project @ f, e.b]))
-        return scale * a, _multipliers(L, M @ a - f, e)
+        a = _least(stacked, np.concatenate([project @ f, own.b]))
+        return own.scale * a, _multipliers(own.L, M @ a - f, e)
 
 
 @dataclass(frozen=True)

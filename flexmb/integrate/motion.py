@@ -29,6 +29,10 @@ class AbsoluteUnknowns:
         self.followed = Followed(system, state, work)
         self.euler = system.program.frames[:, :1] + np.arange(3, 7)
 
+    def vectors(self) -> list[tuple[int, int, int, int]]:
+        """Return (coordinate, rate, velocity of the system, count) of vectors: the first of so many of each."""
+        return [(int(iq), int(iu), int(iu), int(count)) for iq, iu, count, _ in self.system.program.vectors]
+
     def of(self, state) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return coordinates, velocities and accelerations of a state."""
         return state.q, state.u, state.a

@@ -284,8 +284,9 @@ class Reader:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         if name not in op.FUNCTIONS:
             raise self.error(
-                f"the function '{name}' is unknown" if name else "a call of something that is not a function",
-                did_you_mean(name, op.FUNCTIONS) or "Use one of these functions",
+                f"the function '{name}' is unknown" if name else f"a call of '{ast.unparse(node.func)}'",
+                did_you_mean(name, op.FUNCTIONS)
+                or ("Use one of these functions" if name else "Use one of these; write a number of NumPy as float(x)"),
                 f"Functions: {', '.join(op.FUNCTIONS)}",
             )
         code, count = op.FUNCTIONS[name]

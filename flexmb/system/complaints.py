@@ -27,6 +27,8 @@ ZERO = 1e-12
 """Relative to the largest: a smaller inertia counts as zero, a smaller gradient moves nothing."""
 FLAT = 1e-9
 """A gradient of an equation of the user below this, 1 or m, is none."""
+CURVES = "OnCurve", "OnTrace", "OnPath", "OnStrip"
+"""Equations that end: beyond the last point there is no residual."""
 KNOWN = 1e-8
 """Distance to the place where an equation is satisfied, relative to the model, at which it is known."""
 
@@ -48,7 +50,8 @@ def _worst(work, count: int = 1) -> np.ndarray:
 
 
 def _why_no_value(system: System, k: int) -> str:
-    return "" if "Formula" in system.equation_names[k] else ", the point is beyond the end of the curve"
+    follows = any(f": {kind}" in system.equation_names[k] for kind in CURVES)
+    return ", the point is beyond the end of the curve" if follows else ""
 
 
 def without_value(system: System, work, *state: np.ndarray) -> str:

@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamorphic.analyses import analysed, worst_difference
+from metamorphic.flexible_trees import flexible_tree
+from metamorphic.seen import Seen
 from verification import mechanisms
 
 import flexmb as fmb
@@ -110,3 +113,14 @@ def test_equal_supports_share_a_load_to_all_digits(sides):
         reactions = fmb.accelerations(model, formulation=formulation).reactions
         found = [reactions[f"pin {k}"][2] for k in range(sides)]
         np.testing.assert_allclose(found, share, rtol=1e-12, err_msg=repr(formulation))
+
+
+@pytest.mark.parametrize("formulation", [fmb.NullSpace(), fmb.UdwadiaPhohomsiri()], ids=repr)
+@pytest.mark.parametrize(("length", "mass"), [(1.0, 1.0), (1.0, 1e-6), (1e-5, 1e-6), (1e5, 1e6)])
+def test_closed_forms_in_other_units(formulation, length, mass):
+    """Split beams of milligrams in a row: equations between rotations are larger than those between places by far."""
+    seen = Seen(length=length, mass=mass)
+    model = flexible_tree(60007, seen)
+    expected, found = (analysed(model, how, seen) for how in ("Augmented", type(formulation).__name__))
+    share, where = worst_difference(expected, found)
+    assert share < 1e-9, where

@@ -102,7 +102,8 @@ def whole_reactions(solution: fmb.Solution, model: fmb.Model) -> Results:
     again = [j for j in solution.model.joints if j.name == "again"]
     for joint in again:
         first = next(j for j in model.joints if j.markers == joint.markers)
-        found[f"{first.name} reaction"] = found[f"{first.name} reaction"] + solution[fmb.Reaction("r", joint="again")]
+        if f"{first.name} reaction" in found:
+            found[f"{first.name} reaction"] += solution[fmb.Reaction("r", joint="again")]
     return found
 
 

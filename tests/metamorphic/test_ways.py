@@ -7,8 +7,9 @@ The mechanisms follow the option --seed (the header of the test run prints it). 
 import numpy as np
 import pytest
 from metamorphic.analyses import WITHOUT_TIME
-from metamorphic.campaign import kinds_for, outcome, way_holds
+from metamorphic.campaign import drawn, kinds_for, outcome, way_holds
 from metamorphic.extras import KINDS_AND_PLATES
+from metamorphic.flexible_trees import flexible_tree
 from metamorphic.mechanisms import mechanism
 from metamorphic.relations import apart
 from metamorphic.seen import CHANGES
@@ -42,8 +43,29 @@ def test_ways_to_write_down_contacts_and_the_like(seed, number, how):
     rng = np.random.default_rng(seed)
     plain = outcome(mechanism(seed, **kinds_for(how, True)), how)
     for change in ("mirror", str(rng.choice(["units", "time", "length"]))):
-        holds, found = way_holds(seed, how, change, plain, True)
+        holds, found = way_holds(seed, how, change, plain, extras=True)
         assert holds, f"seed {seed}, {how}, {change}: {found}"
+
+
+@pytest.mark.parametrize(("number", "how"), [(0, "Recursive"), (1, "Recursive"), (2, "tree"), (3, "linearize")])
+def test_ways_to_write_down_flexible_trees(seed, number, how):
+    """Reduced bodies, whole and split, with loads that follow them, preloads and loops, as links."""
+    seed += 80 + number
+    rng = np.random.default_rng(seed)
+    plain = outcome(drawn(seed, how, trees=True), how)
+    for change in ("units", "axes", str(rng.choice(["mirror", "time", "order", "place"]))):
+        holds, found = way_holds(seed, how, change, plain, trees=True)
+        assert holds, f"seed {seed}, {how}, {change}: {found}"
+
+
+def test_flexible_trees_have_everything():
+    """Among some of them, and the recursion over links takes most."""
+    trees = [flexible_tree(seed) for seed in range(40)]
+    parts = [type(part).__name__ for m in trees for part in (*m.bodies, *m.joints, *m.forces)]
+    wanted = ("FloatingBody", "RigidBody", "Drive", "Screw", "Planar", "Universal", "Pressure", "SpringDamper")
+    assert all(parts.count(name) > 4 for name in wanted), {name: parts.count(name) for name in wanted}
+    assert sum(any(joint.name == "closing" for joint in m.joints) for m in trees) > 5
+    assert sum(any("_cut_" in joint.name for joint in m.joints) for m in trees) > 10
 
 
 def test_what_is_added_acts():

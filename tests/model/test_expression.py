@@ -39,9 +39,10 @@ def test_value(text, value):
     [
         ("2 +", "not arithmetic", "brackets"),
         ("", "not arithmetic", "brackets"),
-        ("__import__('os').system('true')", "something that is not a function", "Use one of"),
+        ("__import__('os').system('true')", "a call of '__import__('os').system'", "Use one of"),
         ("open('x')", "the function 'open' is unknown", "Use one of"),
         ("sine(1)", "the function 'sine' is unknown", "Did you mean 'sin'?"),
+        ("np.float64(0.3)*t", "a call of 'np.float64'", "float(x)"),
         ("arm.real", "a dot after a name", "Leave it out"),
         ("[1, 2]", "not arithmetic: List", "Leave it out"),
         ("(1, 2)", "a comma", "Leave it out"),

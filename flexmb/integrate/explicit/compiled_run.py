@@ -12,7 +12,7 @@ from flexmb.integrate.explicit import body_steps, closed_steps, joint_steps
 from flexmb.integrate.explicit.eighth_order import MANY, UNSETTLED, ask, run_to
 from flexmb.integrate.explicit.steps import STAGES, ExplicitRun, Steps
 from flexmb.integrate.explicit.through import UNSURE, run_through
-from flexmb.integrate.extent import absolute_tolerance
+from flexmb.integrate.explicit.tolerances import tolerances
 from flexmb.integrate.formulations import Augmented
 from flexmb.integrate.motion import run_samples
 from flexmb.integrate.runs.outcome import Outcome
@@ -27,11 +27,9 @@ from flexmb.system.complaints import without_value
 from flexmb.system.program import evaluate
 from flexmb.tree.rigid.link_tree import no_links
 
-__all__ = ["ATOL", "AUGMENTED", "CAUTIOUS", "CompiledRun"]
+__all__ = ["AUGMENTED", "CAUTIOUS", "CompiledRun"]
 
 AUGMENTED = Augmented()
-ATOL = 1e-10
-"""Usual absolute tolerance: m, rad and per second."""
 CAUTIOUS = 1e-6
 """s, first step where rates say nothing about its size."""
 
@@ -87,13 +85,13 @@ class CompiledRun:
             lengths=system.lengths.related,
             units=system.units,
             dense=closed_steps.dense_of(system, work) if closed else closed_steps.no_dense(),
+            atol=tolerances(settings, motion, state, span),
             run=ExplicitRun.table(
                 t=state.t,
                 next_step=span,
                 longest_step=settings.largest or span,
                 span=span,
                 rtol=settings.rtol,
-                atol=absolute_tolerance(settings.atol, ATOL, system),
                 sweeps=sweeps[0],
                 last_sweeps=sweeps[1],
                 rates=own.rates.compiled.address,
@@ -114,7 +112,7 @@ class CompiledRun:
     def _first_step(self) -> float:
         """Return the first step size, by the rates at the start and a little later (Hairer, Nørsett & Wanner, II.4)."""
         s = self.steps
-        scale = s.run[0].atol + s.run[0].rtol * np.abs(s.y)
+        scale = s.atol + s.run[0].rtol * np.abs(s.y)
 
         def size(x):
             return float(np.sqrt(np.mean((x / scale) ** 2)))

@@ -54,7 +54,7 @@ def _error(s, h):
     n = len(s.y)
     fifth, third = 0.0, 0.0
     for i in range(n):
-        scale = s.run[0].atol + s.run[0].rtol * max(abs(s.y[i]), abs(s.y1[i]))
+        scale = s.atol[i] + s.run[0].rtol * max(abs(s.y[i]), abs(s.y1[i]))
         x, y = 0.0, 0.0
         for k in range(STAGES + 1):
             x += s.E5[k] * s.K[k, i]

@@ -11,10 +11,10 @@ import numpy as np
 
 from flexmb.errors import CompileError, ModelError
 from flexmb.integrate.explicit import closed_steps
-from flexmb.integrate.explicit.compiled_run import ATOL, AUGMENTED, CAUTIOUS, CompiledRun
+from flexmb.integrate.explicit.compiled_run import AUGMENTED, CAUTIOUS, CompiledRun
 from flexmb.integrate.explicit.drift import PATIENCE, VANISHING
 from flexmb.integrate.explicit.through import run_through
-from flexmb.integrate.extent import absolute_tolerance
+from flexmb.integrate.explicit.tolerances import tolerances
 from flexmb.integrate.motion import Motion, run_samples
 from flexmb.integrate.runs.interruption import look_within_step
 from flexmb.integrate.runs.kept_switches import keep_switches
@@ -70,6 +70,7 @@ class _Run:
         self.t_end = max(t_end, state.t + 1e-12)
         self.span = self.t_end - state.t
         self.nx, self.end = len(x), len(x) + len(v)
+        self.atol = tolerances(settings, motion, state, self.span)
         self.work.weights[0].wanted = 0
         evaluate(self.system.program, state, self.work)
         floor = settings.rtol * self.system.lengths.whole
@@ -98,7 +99,7 @@ class _Run:
                 y,
                 self.t_end,
                 rtol=self.settings.rtol,
-                atol=absolute_tolerance(self.settings.atol, ATOL, self.system),
+                atol=self.atol,
                 max_step=self.settings.largest or np.inf,
                 first_step=first,
             )
@@ -241,7 +242,8 @@ class Explicit(metaclass=Described):
         Of scipy.integrate.
     rtol, atol : float
         Relative and absolute tolerance of every coordinate and velocity (m, rad, per s); the absolute one is 1e-10 by
-        default, times the length of models below 1 m.
+        default, times the length of models below 1 m. That default counts displacements of the material for flexible
+        coordinates; for rates in runs of more than 100 s it is less, by the length of the run.
     drift : float
         Constraint residual, relative to the largest body at the joint, at which the state is projected; for velocities
         relative to the fastest marker.

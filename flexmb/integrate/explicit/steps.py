@@ -39,7 +39,6 @@ class ExplicitRun(Record):
     span: float
     """s, length of the run"""
     rtol: float
-    atol: float
     sweeps: int
     """of the accelerations in a stage; 1 where they are linear and found by one evaluation"""
     last_sweeps: int
@@ -103,6 +102,8 @@ class Steps(NamedTuple):
     """(ng,) m, of the bodies that an equation relates"""
     units: Floats
     """(nu,) see `project`"""
+    atol: Floats
+    """(n,) absolute tolerances"""
     run: Annotated[np.ndarray, ArrayOf(ExplicitRun.dtype)]
     """one row: how far it is, and how it goes on"""
     dense: Dense

@@ -8,7 +8,7 @@ from weakref import proxy
 
 import numpy as np
 
-from flexmb.integrate.extent import absolute_tolerance, extents
+from flexmb.integrate.extent import SLOW, absolute_tolerance, extents
 from flexmb.integrate.ida.drive_work import WorkOfDrives
 from flexmb.integrate.ida.layout import layout
 from flexmb.integrate.ida.solver_output import OUTPUT
@@ -35,8 +35,6 @@ DENSE = 300
 """Up to this number of unknowns a dense factorisation is faster than the sparse one."""
 ATOL = 1e-8
 """Usual absolute tolerance: m, rad and per second."""
-SLOW = 100.0
-"""s, length of a run from which on that of velocities is less."""
 YIELDING = 1e-11
 """Compliance of the constraints where equations depend on each other, s, relative to G M^-1 G^T."""
 CARRIES = 1e-3

@@ -11,7 +11,7 @@ from flexmb.math.tables import State
 from flexmb.system.branches import Followed
 from flexmb.system.program import keep_branches
 from flexmb.tree.coordinates.joint_tree import JointTree
-from flexmb.tree.coordinates.motions import HINGED
+from flexmb.tree.coordinates.motions import HINGED, POINTS
 from flexmb.tree.coordinates.passes import read_second_rates
 from flexmb.tree.coordinates.settle import coordinate_rates, count_turns, move, new_chart, prescribe, unit_length
 from flexmb.tree.rigid.link_tree import LinkTree
@@ -47,6 +47,15 @@ class RelativeUnknowns:
         self.turns, self.balls = _angles(tree.rows)
         self.links, self.recursion = _links(tree, self.chart)
         self._scratch = np.zeros(self.nv)
+
+    def vectors(self) -> list[tuple[int, int, int, int]]:
+        """Return (coordinate, rate, velocity of the system, count) of modes and points: where each begins."""
+        found = []
+        for row in self.tree.rows[self.tree.rows["modes"] > 0]:
+            frame = 0 if row["held"] == POINTS else 6
+            own, rates = row["iq"] + row["coordinates"], row["iv"] + row["rates"]
+            found.append((int(own), int(rates), int(row["u"]) + frame, int(row["modes"])))
+        return found
 
     def of(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return x, v and the second rates of a state."""
