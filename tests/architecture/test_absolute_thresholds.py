@@ -14,7 +14,10 @@ from architecture.test_thresholds import KNOWN, ROOT
 PAGE = Path(__file__).parents[2] / "docs" / "theory" / "tolerances.md"
 RUN = "integrate/explicit/compiled_run.py"
 PLACES = {
-    "`atol` of `Explicit` and `IDA`": (f"{RUN}: ATOL = 1e-10", "integrate/ida/run.py: ATOL = 1e-8"),
+    "`atol` of `Explicit` and `IDA`": (
+        "integrate/explicit/tolerances.py: ATOL = 1e-10",
+        "integrate/ida/run.py: ATOL = 1e-8",
+    ),
     "`UserForce`, differences by rates": ("forces/user_force.py: STEP = 1e-6",),
     "plausibility of meshes and materials": (
         "model/plausibility.py: SIZE = (1e-5, 150.0)",
