@@ -1,12 +1,14 @@
 """Kernels that only borrow arrays: they need not count references to them.
 
 numba counts a reference for every array that a variable names, each view and each field included. Where a function
-makes no array and returns none, whoever called it keeps all arrays alive until it returns, and nothing has to be
-counted. That is most of our kernels, and about a third of the code that would be compiled.
+returns no array, and makes none but in its own memory (`flexmb.math.own_room`), whoever called it keeps all others alive
+until it returns, and nothing has to be counted. That is most of our kernels, and about a third of the code that would be
+compiled.
 """
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import Any
 
 from numba import types
@@ -16,9 +18,15 @@ from flexmb.math.structure_type import Structure
 
 __all__ = ["only_borrows"]
 
+VIEWS = ("array.view", "array.reshape")
+"""Methods of arrays whose result is a view in compiled code, always."""
 
-def only_borrows(state: Any) -> bool:
-    """Does a typed function hold no reference of its own to an array, and return none?"""
+
+def only_borrows(state: Any, own: Container[int]) -> bool:
+    """Does a typed function hold no reference of its own to an array, and return none?
+
+    own : calls (their `id`) that make arrays in the function's own memory
+    """
     kinds = state.typemap
     manager = state.targetctx.data_model_manager
 
@@ -31,8 +39,9 @@ def only_borrows(state: Any) -> bool:
         for one in block.body:
             if isinstance(one, (ir.DynamicRaise, ir.DynamicTryRaise)):
                 return False
-            if isinstance(one, ir.Assign) and counted(kinds[one.target.name]) and not _borrowed(one.value, kinds):
-                return False
+            if isinstance(one, ir.Assign) and counted(kinds[one.target.name]):
+                if id(one.value) not in own and not _borrowed(one.value, kinds):
+                    return False
     return True
 
 
@@ -51,8 +60,10 @@ def _borrowed(value: Any, kinds: Any) -> bool:
         return isinstance(kinds[value.value.name], types.Array) and _plain(kinds[value.index.name])
     if value.op == "call":
         function = kinds[value.func.name]
-        return isinstance(function, types.BoundFunction) and str(function.template.key) == "array.view"
-    return value.op in ("cast", "build_tuple")
+        return isinstance(function, types.BoundFunction) and str(function.template.key) in VIEWS
+    if value.op == "exhaust_iter":
+        return isinstance(kinds[value.value.name], types.BaseTuple)
+    return value.op in ("cast", "build_tuple", "phi")
 
 
 def _plain(index: types.Type) -> bool:

@@ -37,6 +37,7 @@ __all__ = ["KernelCache", "kernel_folder"]
 FORMAT = b"flexmb kernel 3\n"
 COMPILER = (
     "borrowing",
+    "own_room",
     "element_lowering",
     "kernel_library",
     "remembered_types",

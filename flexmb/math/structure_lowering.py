@@ -19,6 +19,7 @@ from numba.core.typed_passes import NativeLowering
 
 from flexmb.math.borrowing import only_borrows
 from flexmb.math.element_lowering import element, is_element, write_element
+from flexmb.math.own_room import own_rooms, take_room
 from flexmb.math.remembered_types import remembering
 from flexmb.math.structure_type import Structure, field_value, made_structure
 
@@ -41,6 +42,7 @@ class _Lower(Lower):
         for block in self.blocks.values():
             for one in block.find_insts(ir.Assign):
                 self._assigned.setdefault(one.target.name, []).append(one.value)
+        self._rooms = own_rooms(self.func_ir, self.fndesc.typemap, self.fndesc.restype, self.context)
         self._hold()
 
     def lower_expr(self, kind, expression):
@@ -57,6 +59,8 @@ class _Lower(Lower):
             call = self.fndesc.calltypes[expression]
             if call is not None:
                 return self.lower_getitem(kind, expression, expression.value, expression.index_var, call)
+        if id(expression) in self._rooms:
+            return take_room(self.context, self.builder, self._rooms[id(expression)])
         if expression.op == "call" and isinstance(kind, Structure):
             function = self.typeof(expression.func.name)
             if isinstance(function, types.NamedTupleClass):
@@ -182,7 +186,8 @@ class StructureLowering(NativeLowering):
 
     def run_pass(self, state):
         counting = state.targetctx = state.targetctx.subtarget(typing_context=remembering(state.typingctx))
-        if not only_borrows(state):
+        own = own_rooms(state.func_ir, state.typemap, state.return_type, state.targetctx)
+        if not only_borrows(state, own):
             return super().run_pass(state)
         state.targetctx = counting.subtarget(enable_nrt=False)
         vars(state.targetctx).pop("nrt", None)  # kept by the context that it is a copy of
