@@ -1,9 +1,9 @@
 """Kernels that only borrow arrays: they need not count references to them.
 
 numba counts a reference for every array that a variable names, each view and each field included. Where a function
-returns no array, and makes none but in its own memory (`flexmb.math.own_room`), whoever called it keeps all others alive
-until it returns, and nothing has to be counted. That is most of our kernels, and about a third of the code that would be
-compiled.
+returns no array, and makes none but in its own memory (`flexmb.math.own_room`), whoever called it keeps all others
+alive until it returns, and nothing has to be counted. That is most of our kernels, and about a third of the code that
+would be compiled.
 """
 
 from __future__ import annotations
@@ -39,9 +39,10 @@ def only_borrows(state: Any, own: Container[int]) -> bool:
         for one in block.body:
             if isinstance(one, (ir.DynamicRaise, ir.DynamicTryRaise)):
                 return False
-            if isinstance(one, ir.Assign) and counted(kinds[one.target.name]):
-                if id(one.value) not in own and not _borrowed(one.value, kinds):
-                    return False
+            if not (isinstance(one, ir.Assign) and counted(kinds[one.target.name])):
+                continue
+            if id(one.value) not in own and not _borrowed(one.value, kinds):
+                return False
     return True
 
 

@@ -1,8 +1,8 @@
 """Eight numbers at once, for sums over rows that are filled up to eights: one operation of the machine, or few.
 
 The compiler joins neighbouring numbers by itself only where it can prove that nothing is written in between, which in
-kernels with many arrays it cannot. Products and sums are rounded one by one, as everywhere, so results are the same on
-every machine. Places are not counted from the end: they must not be negative.
+kernels with many arrays it cannot. A sum with a product is rounded once, whether the processor has an operation for it
+or not, so results are the same on every machine. Places are not counted from the end: they must not be negative.
 """
 
 from __future__ import annotations
@@ -170,26 +170,32 @@ def plus(typing_context, a, b):
     return EIGHT(a, b), generate
 
 
-def _with_product(operation: str):
-    """Return the code of a sum or difference, as the builder calls it, of a and x b."""
+def _with_product(negative: bool):
+    """Return the code of a sum or difference of a and x b, rounded once."""
 
     def generate(context, builder, signature, values):
-        product = builder.fmul(_factor(context, builder, signature.args[1], values[1]), values[2])
-        return getattr(builder, operation)(values[0], product)
+        factor = _factor(context, builder, signature.args[1], values[1])
+        if negative:
+            factor = builder.fneg(factor)
+        eight = code.VectorType(code.DoubleType(), WIDTH)
+        fused = cgutils.get_or_insert_function(
+            builder.module, code.FunctionType(eight, [eight] * 3), f"llvm.fma.v{WIDTH}f64"
+        )
+        return builder.call(fused, [factor, values[2], values[0]])
 
     return generate
 
 
 @intrinsic
 def more(typing_context, a, x, b):
-    """Return a + x b; x is one number or eight."""
-    return EIGHT(a, x, b), _with_product("fadd")
+    """Return a + x b, rounded once; x is one number or eight."""
+    return EIGHT(a, x, b), _with_product(False)
 
 
 @intrinsic
 def less(typing_context, a, x, b):
-    """Return a - x b; x is one number or eight."""
-    return EIGHT(a, x, b), _with_product("fsub")
+    """Return a - x b, rounded once; x is one number or eight."""
+    return EIGHT(a, x, b), _with_product(True)
 
 
 @intrinsic
@@ -197,8 +203,9 @@ def put(typing_context, a, place, number):
     """Return eight numbers with another one at a place."""
 
     def generate(context, builder, signature, values):
-        place = context.cast(builder, values[1], signature.args[1], types.int32)
-        return builder.insert_element(values[0], values[2], place)
+        whole = context.cast(builder, values[1], signature.args[1], types.int64)
+        there = builder.icmp_signed("==", _places(range(WIDTH), 64), _spread(builder, whole))
+        return builder.select(there, _spread(builder, values[2]), values[0])
 
     return EIGHT(a, place, number), generate
 

@@ -2,7 +2,8 @@
 
 numba asks the heap for each of them, gives it back, and counts references between, which in kernels of a few dozen
 numbers takes longer than the numbers. A function that returns no array cannot give one away, so ``np.empty(3)`` and
-``np.zeros((3, 3))`` in it need none of that. In a loop an array may outlive the turn that made it; those stay with numba.
+``np.zeros((3, 3))`` in it need none of that. In a loop an array may outlive the turn that made it; those stay with
+numba.
 """
 
 from __future__ import annotations

@@ -1,5 +1,7 @@
 """Eight numbers at once: every operation beside numpy's, bit by bit."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -68,11 +70,19 @@ def sums(rows, out):
     keep(out, 0, totals(a, b, c, d, e, f, g, h))
 
 
-def test_sums_and_products_are_rounded_one_by_one(rng):
+def rounded_once(a, x, b):
+    """Return a + x b, exact numbers rounded at the end."""
+    return np.array([float(Fraction(p) + Fraction(q) * Fraction(r)) for p, q, r in zip(a, x, b, strict=True)])
+
+
+def test_sums_with_products_are_rounded_once(rng):
     a, b, x, out = rng.normal(size=WIDTH), rng.normal(size=WIDTH), rng.normal(), np.zeros((7, WIDTH))
+    b[:4] = -a[:4] / x * (1.0 + 1e-15 * rng.normal(size=4))  # what is left is the rounding of the product
     combine(x, a, b, out)
-    wanted = x * a, a + b, a + x * b, a - x * b, a + a * b, np.concatenate([a, b])[list(PLACES)], np.full(WIDTH, x)
-    np.testing.assert_array_equal(out, wanted)
+    factor = np.full(WIDTH, x)
+    sums = rounded_once(a, factor, b), rounded_once(a, -factor, b), rounded_once(a, a, b)
+    assert np.any(sums[0] != a + x * b)
+    np.testing.assert_array_equal(out, (x * a, a + b, *sums, np.concatenate([a, b])[list(PLACES)], factor))
 
 
 @pytest.mark.parametrize("place", range(WIDTH))

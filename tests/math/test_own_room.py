@@ -114,10 +114,12 @@ def asked_of_the_heap(function, *arguments) -> int:
 def test_arrays_of_constant_size_need_no_heap():
     x = np.arange(1.0, 4.0)
     assert of_constants(x) == of_constants(x) == 17.0
-    assert of_a_size(x, 5) == 5.0 and large() == 2.0
+    assert of_a_size(x, 5) == 5.0
+    assert large() == 2.0
     assert asked_of_the_heap(of_constants, x) == 0
     assert asked_of_the_heap(by_calls, 5) == 0
-    assert asked_of_the_heap(of_a_size, x, 5) > 0 and asked_of_the_heap(large) > 0
+    assert asked_of_the_heap(of_a_size, x, 5) > 0
+    assert asked_of_the_heap(large) > 0
 
 
 def test_zeros_are_zeros_at_every_call():

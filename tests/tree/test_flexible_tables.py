@@ -46,7 +46,7 @@ def test_equal_bodies_share_their_constants():
 def test_eights_do_not_lie_in_two_lines():
     """Rows of eight numbers begin where a line of memory begins; read across two lines they take twice as long."""
     _, flexible = flexible_links(flexible_chain(3))
-    for name in ("constants", "shapes", "rises", "E", "loaded", "L", "K", "B", "eta", "scratch", "sums", "zeros"):
+    for name in ("constants", "shapes", "rises", "E", "loaded", "L", "K", "B", "eta", "scratch", "P", "moved", "zeros"):
         assert getattr(flexible, name).ctypes.data % LINE == 0, name
     assert all(row["constants"] % 8 == 0 for row in flexible.bodies)
 

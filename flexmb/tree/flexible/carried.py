@@ -5,7 +5,7 @@ Blocks ``[P, B; L, K]`` as in `own_terms`; theory, eq. (bend-out).
 
 from __future__ import annotations
 
-from flexmb.math.eights import WIDTH, keep, less, more, only_after, put, read, times
+from flexmb.math.eights import WIDTH, keep, less, more, only_after, put, read, same, times
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.flexible.inertia import filled
 from flexmb.tree.flexible.six_rows import add_six, keep_six, read_six
@@ -93,28 +93,32 @@ def hang(E, loaded, m, P, K, L, B):
 def eliminate(m, P, K, L, B):
     """Replace K by its factors, L by K^-1 L, P by P - B K^-1 L; False if a motion of the modes has no inertia.
 
-    Without exchange of rows: K is a mass matrix, but for what accelerations do to bent bodies.
+    Without exchange of rows: K is a mass matrix, but for what accelerations do to bent bodies. The factors are those of
+    Crout: the upper one has a unit diagonal, and of the lower one's diagonal the inverse numbers are kept.
     """
+    zero = same(0.0)
     for k in range(m):
         if not K[k, k] > 1e-300:
             return False
-        f, of_k, begin = 1.0 / K[k, k], read(L, (k, 0)), k // WIDTH * WIDTH
-        row = read(K, (k, begin))
+        f, begin = 1.0 / K[k, k], k // WIDTH * WIDTH
+        lane, own = k - begin, read(K, (k, begin))
+        row, of_k = only_after(times(f, own), zero, lane), times(f, read(L, (k, 0)))
+        keep(K, (k, begin), put(only_after(row, own, lane), lane, f))
+        keep(L, (k, 0), of_k)
+        for at in range(begin + WIDTH, m, WIDTH):
+            keep(K, (k, at), times(f, read(K, (k, at))))
         for i in range(k + 1, m):
-            x = K[i, k] * f
-            own = read(K, (i, begin))
-            keep(K, (i, begin), put(only_after(less(own, x, row), own, k - begin), k - begin, x))
+            x = K[i, k]
+            keep(K, (i, begin), less(read(K, (i, begin)), x, row))
+            keep(L, (i, 0), less(read(L, (i, 0)), x, of_k))
             for at in range(begin + WIDTH, m, WIDTH):
                 keep(K, (i, at), less(read(K, (i, at)), x, read(K, (k, at))))
-            keep(L, (i, 0), less(read(L, (i, 0)), x, of_k))
+    a, b, c, d, e, f = read_six(P, 0)
     for k in range(m - 1, -1, -1):
-        of_k = times(1.0 / K[k, k], read(L, (k, 0)))
-        keep(L, (k, 0), of_k)
+        of_k = read(L, (k, 0))
+        a, b, c = less(a, B[0, k], of_k), less(b, B[1, k], of_k), less(c, B[2, k], of_k)
+        d, e, f = less(d, B[3, k], of_k), less(e, B[4, k], of_k), less(f, B[5, k], of_k)
         for i in range(k):
             keep(L, (i, 0), less(read(L, (i, 0)), K[i, k], of_k))
-    for i in range(6):
-        row = read(P, (i, 0))
-        for k in range(m):
-            row = less(row, B[i, k], read(L, (k, 0)))
-        keep(P, (i, 0), row)
+    keep_six(P, 0, a, b, c, d, e, f)
     return True

@@ -17,13 +17,6 @@ __all__ = ["factorising", "solving"]
 
 
 @inner_kernel
-def _columns(flexible, n, loads):
-    """Return the columns of a place for loads, which stiffness changes at interfaces, or for rows of equations."""
-    place = flexible.places[n]
-    return flexible.loaded[place.kept] if loads == 1 and place.interface >= 0 else flexible.E[place.kept]
-
-
-@inner_kernel
 def _collect(tree, body, W, wrench, e, loads):
     """Add the wrenches on the places of a body to its own W, and write what they leave at its modes to e (m,).
 
@@ -39,7 +32,8 @@ def _collect(tree, body, W, wrench, e, loads):
             used = used or own[i] != 0.0
         if not used:
             continue
-        columns = _columns(flexible, n, loads)
+        stiffened = loads == 1 and place.interface >= 0
+        columns = flexible.loaded[place.kept] if stiffened else flexible.E[place.kept]
         before = (W[0], W[1], W[2], W[3], W[4], W[5])
         pass_on(tree.rows[place.link], own, W)
         for i in range(6):
@@ -48,7 +42,9 @@ def _collect(tree, body, W, wrench, e, loads):
                 e[j] += x * columns[i, j]
         own[:] = 0.0
     if body.clamp >= 0:
-        columns = _columns(flexible, body.clamp, loads)
+        place = flexible.places[body.clamp]
+        stiffened = loads == 1 and place.interface >= 0
+        columns = flexible.loaded[place.kept] if stiffened else flexible.E[place.kept]
         for i in range(6):
             for j in range(m):
                 e[j] -= W[i] * columns[i, j]
@@ -56,14 +52,14 @@ def _collect(tree, body, W, wrench, e, loads):
 
 @inner_kernel
 def _solve_modes(K, m, x):
-    """Solve with the factors of the modal block; the solution replaces x (m,)."""
+    """Solve with the factors of the modal block, as `eliminate` leaves them; the solution replaces x (m,)."""
     for i in range(m):
         for j in range(i):
             x[i] -= K[i, j] * x[j]
+        x[i] *= K[i, i]
     for i in range(m - 1, -1, -1):
         for j in range(i + 1, m):
             x[i] -= K[i, j] * x[j]
-        x[i] /= K[i, i]
 
 
 @inner_kernel

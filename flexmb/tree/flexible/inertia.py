@@ -6,6 +6,8 @@ the force at rate zero, so that both take the same sums; an eighth is zero. Rows
 
 from __future__ import annotations
 
+import numpy as np
+
 from flexmb.math.eights import (
     WIDTH,
     keep,
@@ -21,6 +23,7 @@ from flexmb.math.eights import (
 )
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.flexible.six_rows import keep_six
+from flexmb.tree.flexible.tables import FOUR
 
 __all__ = ["filled", "own_terms"]
 
@@ -32,29 +35,25 @@ def filled(m):
 
 
 @inner_kernel
-def _sum_rows(x, at, c, first, eights, n, out):
-    """Write sum_j x[at + j] row_j, of n rows that stand by eights of their columns, to `out`."""
-    k, step = 0, WIDTH * n
-    while k < eights:
-        p = first + step * k
+def _sum_rows(x, c, first, count, out):
+    """Write sum_j x_j row_j, of rows of up to `count` numbers that stand by fours of eights, to `out`; return where in
+    c they end.
+    """
+    at = first
+    for k in range(0, count, FOUR):
         a, b, d, e = same(0.0), same(0.0), same(0.0), same(0.0)
-        if k + 3 < eights:
-            for j in range(n):
-                f, q = same(x[at + j]), p + WIDTH * j
-                a = more(a, f, read(c, q))
-                b = more(b, f, read(c, q + step))
-                d = more(d, f, read(c, q + 2 * step))
-                e = more(e, f, read(c, q + 3 * step))
-            keep(out, WIDTH * (k + 1), b)
-            keep(out, WIDTH * (k + 2), d)
-            keep(out, WIDTH * (k + 3), e)
-            keep(out, WIDTH * k, a)
-            k += 4
-            continue
-        for j in range(n):
-            a = more(a, same(x[at + j]), read(c, p + WIDTH * j))
-        keep(out, WIDTH * k, a)
-        k += 1
+        for j in range(len(x)):
+            f = same(x[j])
+            a = more(a, f, read(c, at))
+            b = more(b, f, read(c, at + WIDTH))
+            d = more(d, f, read(c, at + 2 * WIDTH))
+            e = more(e, f, read(c, at + 3 * WIDTH))
+            at += FOUR
+        keep(out, k, a)
+        keep(out, k + WIDTH, b)
+        keep(out, k + 2 * WIDTH, d)
+        keep(out, k + 3 * WIDTH, e)
+    return at
 
 
 @inner_kernel
@@ -267,24 +266,22 @@ def _add_loads(body, row, c, at, x, v, loads, energy, g, P, L):
 
 
 @kernel
-def own_terms(tree, body, work, scratch, P, K, L, B):
-    """Write inertia and force of a body alone at the tree's coordinates and rates; its stiffening products remain.
+def own_terms(tree, n, work):
+    """Write inertia and force of body n alone at the tree's coordinates and rates; its stiffening products remain.
 
-    Those of the interfaces stand in scratch[0], from the place on that is returned.
-
-    P (6, 8), K (m, filled m), L (filled m, 8), B (6, filled m) : blocks ``[P, B; L, K]``
+    Those of the interfaces stand in scratch[0], from the place on that is returned. The inertia is ``[P, B; L, K]``.
     """
-    c, m = tree.flexible.constants, body.m
-    size, at = filled(m), body.constants
+    flexible = tree.flexible
+    body, c = flexible.bodies[n], flexible.constants
+    P, L, K, B = flexible.P, flexible.L[n], flexible.K[body.kept], flexible.B[body.kept]
+    m = body.m
+    size = filled(m)
     row = tree.rows[body.link]
-    by_shape, by_rate, sums = scratch[0], scratch[1], tree.flexible.sums
+    by_shape, by_rate, sums = flexible.scratch[0], flexible.scratch[1], np.empty(3 * WIDTH)
     turned = (10 + body.stiffened) * size
-    eights = turned // WIDTH + 2
-    _sum_rows(tree.x, body.coordinate, c, at, eights, m, by_shape)
-    at += m * eights * WIDTH
-    eights = 7 * size // WIDTH + 2
-    _sum_rows(tree.v, body.rate, c, at, eights, m, by_rate)
-    fixed = at + m * eights * WIDTH
+    eta, rate = tree.x[body.coordinate : body.coordinate + m], tree.v[body.rate : body.rate + m]
+    at = _sum_rows(eta, c, body.constants, turned + 2 * WIDTH, by_shape)
+    fixed = _sum_rows(rate, c, at, 7 * size + 2 * WIDTH, by_rate)
     for k in range(6 * size, 9 * size, WIDTH):  # momenta of the modes about the origin
         keep(by_shape, k, plus(read(by_shape, k), read(c, fixed + k)))
     V, g = row.twist, by_shape[10 * size :]

@@ -12,7 +12,7 @@ from flexmb.math.eights import WIDTH, keep, more, read, same
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import pointer_kernel
 from flexmb.tree.flexible.inertia import own_terms
-from flexmb.tree.flexible.passes import columns_of_place, forget_forces, ride
+from flexmb.tree.flexible.passes import forget_forces, ride, write_place_columns
 from flexmb.tree.flexible.shapes import rate_of_place
 from flexmb.tree.rigid.closing import pass_on
 from flexmb.tree.rigid.inverse import hold_links, move_links
@@ -24,7 +24,7 @@ __all__ = ["inverting"]
 
 
 @inner_kernel
-def _ride_frame(flexible, link, row, of_parent, a, x):
+def _ride_frame(flexible, link, row, of_parent, a):
     """Write the rate of the frame of a flexible body, which moves against its own marker with the modes."""
     body = flexible.bodies[link.block]
     V = row.rate
@@ -33,7 +33,7 @@ def _ride_frame(flexible, link, row, of_parent, a, x):
         V[i] += row.bias[i]
     if body.clamp >= 0:
         rises = flexible.rises[flexible.places[body.clamp].shapes]
-        p, q, r, u, v, w = rate_of_place(rises, body.m, flexible.present[body.clamp], a, body.rate, x)
+        p, q, r, u, v, w = rate_of_place(rises, body.m, flexible.present[body.clamp], a, body.rate)
         V[0] -= p
         V[1] -= q
         V[2] -= r
@@ -46,15 +46,14 @@ def _ride_frame(flexible, link, row, of_parent, a, x):
 def _move(tree):
     """Write the rates of all links at the second rates tree.a, roots first, and add what rigid ones need."""
     flexible, links, rows = tree.flexible, tree.links, tree.rows
-    moving, x = np.empty(6), np.empty(WIDTH)
     for n in range(len(flexible.runs)):
         run = flexible.runs[n]
         k = run.first
         link, row = links[k], rows[k]
         if run.kind == MOUNT:
-            ride(flexible, link, row, rows[link.parent], 1.0, tree.a, moving, x)
+            ride(flexible, link, row, rows[link.parent], 1.0, tree.a)
         elif run.kind == BEND:
-            _ride_frame(flexible, link, row, rows[link.parent], tree.a, x)
+            _ride_frame(flexible, link, row, rows[link.parent], tree.a)
         else:
             move_links(links, rows, tree.a, k, run.last)
 
@@ -90,26 +89,30 @@ def _resist(body, row, a, P, K, L, B, f, h):
 
 
 @inner_kernel
-def _hold_body(tree, work, link, row, P, f, W):
+def _hold_body(tree, work, link, row):
     """Write the forces on the modes of a flexible body, and that of its frame: its own and of all that it carries."""
-    flexible = tree.flexible
+    flexible, f, W = tree.flexible, np.empty(6), np.empty(6)
     body = flexible.bodies[link.block]
-    m = body.m
+    m, P = body.m, flexible.P
     L, K, B, h = flexible.L[link.block], flexible.K[body.kept], flexible.B[body.kept], flexible.eta[link.block]
-    at = own_terms(tree, body, work, flexible.scratch, P, K, L, B)
+    at = own_terms(tree, link.block, work)
     if tree.run[0].still == 1:
         forget_forces(m, P, L)
     _resist(body, row, tree.a, P, K, L, B, f, h)
     for n in range(body.first, body.last):
-        mount = tree.rows[flexible.places[n].link]
-        _, loaded = columns_of_place(tree, body, n, flexible.scratch[0], at)
+        place = flexible.places[n]
+        mount = tree.rows[place.link]
+        write_place_columns(tree, body, n, flexible.scratch[0], at)
+        loaded = flexible.loaded[place.kept] if place.interface >= 0 else flexible.E[place.kept]
         W[:] = 0.0
         pass_on(mount, mount.force, W)
         for i in range(6):
             f[i] += W[i]
         _on_modes(loaded, m, W, 1.0, h)
     if body.clamp >= 0:
-        _, loaded = columns_of_place(tree, body, body.clamp, flexible.scratch[0], at)
+        place = flexible.places[body.clamp]
+        write_place_columns(tree, body, body.clamp, flexible.scratch[0], at)
+        loaded = flexible.loaded[place.kept] if place.interface >= 0 else flexible.E[place.kept]
         _on_modes(loaded, m, f, -1.0, h)
     for j in range(m):
         tree.tau[body.rate + j] = h[j]
@@ -121,7 +124,6 @@ def _hold_body(tree, work, link, row, P, f, W):
 def inverting(tree, work):
     """Write the forces tree.tau on the rates that the second rates tree.a need; links and forces are in place."""
     flexible, links, rows = tree.flexible, tree.links, tree.rows
-    P, f, W = np.empty((6, WIDTH)), np.empty(6), np.empty(6)
     let_fall(rows[len(links)], tree.gravity, 1.0 - tree.run[0].still)
     _move(tree)
     for n in range(len(flexible.runs) - 1, -1, -1):
@@ -133,6 +135,6 @@ def inverting(tree, work):
         if run.kind != BEND:
             hold_links(links, rows, tree.tau, k, run.last)
             continue
-        _hold_body(tree, work, link, row, P, f, W)
+        _hold_body(tree, work, link, row)
         if link.parent >= 0:
             pass_on(row, row.force, rows[link.parent].force)

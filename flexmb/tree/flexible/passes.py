@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.math.eights import WIDTH, keep, put, read
+from flexmb.math.eights import WIDTH, keep, less, part, put, read, times, totals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.prefetch import ask, ask_to_write
 from flexmb.math.rotations import matrix_to_euler
@@ -23,28 +23,31 @@ from flexmb.tree.rigid.link_tree import PASS, SPREAD
 from flexmb.tree.rigid.passes import gather, let_fall, spread
 from flexmb.tree.rigid.places import BEND, FRAME, LINK, MOUNT, carry, place_light, place_links
 
-__all__ = ["columns_of_place", "forget_forces", "gathering", "placing", "ride", "spreading", "write_bodies"]
+__all__ = ["forget_forces", "gathering", "placing", "ride", "spreading", "write_bodies", "write_place_columns"]
 
 AHEAD = 3
 """So many runs before they are needed, links are asked for on the way to the root: one flexible body of a chain."""
+
+NEAR = 600
+"""Up to so many runs, all that the passes use stays in the second cache, and asking would only take time."""
 
 LINK_BYTES, PLACE_BYTES, BENT_BYTES, PRESENT_BYTES = LINK.itemsize, PLACE.itemsize, BENT.itemsize, 96
 
 
 @inner_kernel
-def _write_shape(tree, n, body, A, motion, x):
+def _write_shape(tree, n, body, A, motion):
     """Write axes and motion of place n of a body, and keep what its columns are made of."""
     flexible = tree.flexible
     shapes = flexible.places[n].shapes
     eta, rate = tree.x[body.coordinate :], tree.v[body.rate :]
-    shape(flexible.rests[shapes], flexible.rises[shapes], body.m, eta, rate, flexible.present[n], A, motion, x)
+    shape(flexible.rests[shapes], flexible.rises[shapes], body.m, eta, rate, flexible.present[n], A, motion)
 
 
 @pointer_kernel(PASS)
 def placing(tree, work):
     """Place all links in their parents, write their twists, and own inertias and forces of the rigid ones."""
     flexible, links, rows = tree.flexible, tree.links, tree.rows
-    A, motion, x = np.empty((3, 3)), np.empty(12), np.empty(2 * WIDTH)
+    A, motion = np.empty((3, 3)), np.empty(12)
     rows[len(links)].twist[:] = 0.0
     for n in range(len(flexible.runs)):
         run = flexible.runs[n]
@@ -58,14 +61,14 @@ def placing(tree, work):
             continue
         if run.kind == MOUNT:
             place = flexible.places[run.block]
-            _write_shape(tree, run.block, flexible.bodies[place.body], A, motion, x)
+            _write_shape(tree, run.block, flexible.bodies[place.body], A, motion)
             place_mount(row, rows[link.parent], A, motion)
             if place.rigid == 1:
                 clear_inertia(row)
             continue
         body = flexible.bodies[run.block]
         if body.clamp >= 0:
-            _write_shape(tree, body.clamp, body, A, motion, x)
+            _write_shape(tree, body.clamp, body, A, motion)
         else:
             motion[:] = 0.0
             for i in range(3):
@@ -92,18 +95,16 @@ def write_bodies(tree, work):
     work.loads[:] = 0.0
 
 
-@kernel
-def columns_of_place(tree, body, n, products, at):
-    """Return the columns for motions of a place and those for loads, which stiffness changes at interfaces."""
+@inner_kernel
+def write_place_columns(tree, body, n, products, at):
+    """Write the columns for motions of a place, and those for loads where stiffness changes them, at interfaces."""
     flexible = tree.flexible
     place = flexible.places[n]
     E = flexible.E[place.kept]
     write_columns(flexible.shapes[place.shapes], body.m, flexible.present[n], E)
-    if place.interface < 0:
-        return E, E
-    loaded, own = flexible.loaded[place.kept], products[at + 6 * place.interface * filled(body.m) :]
-    stiffened_columns(flexible.present[n], body.m, own, E, loaded)
-    return E, loaded
+    if place.interface >= 0:
+        own = products[at + 6 * place.interface * filled(body.m) :]
+        stiffened_columns(flexible.present[n], body.m, own, E, flexible.loaded[place.kept])
 
 
 @inner_kernel
@@ -126,32 +127,47 @@ def forget_forces(m, P, L):
 
 
 @inner_kernel
-def _gather_body(tree, work, link, row, P, out):
+def _take_place(tree, block, n, at):
+    """Add what hangs on place n of a flexible body, or its load, to the body; from `at` on stand products of stiffness.
+
+    By itself, as the many constants of its products would be made ready before a loop over places, mostly of one turn.
+    """
+    flexible = tree.flexible
+    body, place = flexible.bodies[block], flexible.places[n]
+    m, out, mount = body.m, flexible.moved, tree.rows[place.link]
+    write_place_columns(tree, body, n, flexible.scratch[0], at)
+    E = flexible.E[place.kept]
+    loaded = flexible.loaded[place.kept] if place.interface >= 0 else E
+    if place.loaded == 0:
+        _take_loads(mount, loaded, m, flexible.zeros, flexible.P, flexible.L[block], out)
+        return
+    carried = flexible.wide[flexible.wide_of[place.link]].P
+    if place.wide == 0:  # nothing has written to it
+        clear_wide(carried)
+    if place.rigid == 1:
+        add_own(mount, carried)
+    force_with_bias(mount, carried)
+    moved(mount, carried, mount.force, out)
+    add_links(E, loaded, out, m, flexible.P, flexible.K[body.kept], flexible.L[block], flexible.B[body.kept])
+
+
+@inner_kernel
+def _gather_body(tree, work, link, row):
     """Collect what a flexible body carries and eliminate its modes; False if one has no inertia."""
     flexible = tree.flexible
     body = flexible.bodies[link.block]
-    m, scratch = body.m, flexible.scratch
-    L, K, B, eta = flexible.L[link.block], flexible.K[body.kept], flexible.B[body.kept], flexible.eta[link.block]
-    at = own_terms(tree, body, work, scratch, P, K, L, B)
+    m, P, eta = body.m, flexible.P, flexible.eta[link.block]
+    L, K, B = flexible.L[link.block], flexible.K[body.kept], flexible.B[body.kept]
+    at = own_terms(tree, link.block, work)
     if tree.run[0].still == 1:
         forget_forces(m, P, L)
     for n in range(body.first, body.last):
-        place = flexible.places[n]
-        mount = tree.rows[place.link]
-        E, loaded = columns_of_place(tree, body, n, scratch[0], at)
-        if place.loaded == 0:
-            _take_loads(mount, loaded, m, flexible.zeros, P, L, out)
-            continue
-        carried = flexible.wide[flexible.wide_of[place.link]].P
-        if place.wide == 0:  # nothing has written to it
-            clear_wide(carried)
-        if place.rigid == 1:
-            add_own(mount, carried)
-        force_with_bias(mount, carried, flexible.sums)
-        moved(mount, carried, mount.force, out)
-        add_links(E, loaded, out, m, P, K, L, B)
+        _take_place(tree, link.block, n, at)
     if body.clamp >= 0:
-        E, loaded = columns_of_place(tree, body, body.clamp, scratch[0], at)
+        place = flexible.places[body.clamp]
+        write_place_columns(tree, body, body.clamp, flexible.scratch[0], at)
+        E = flexible.E[place.kept]
+        loaded = flexible.loaded[place.kept] if place.interface >= 0 else E
         hang(E, loaded, m, P, K, L, B)
     for j in range(m):
         L[j, 6] -= tree.tau[body.rate + j]
@@ -163,7 +179,7 @@ def _gather_body(tree, work, link, row, P, out):
     for i in range(6):
         row.force[i] += P[i, 6]
         keep(own, (i, 0), put(read(P, (i, 0)), 6, 0.0))
-    force_with_bias(row, own, flexible.sums)
+    force_with_bias(row, own)
     return True
 
 
@@ -190,13 +206,12 @@ def _ask(tree, run):
 def gathering(tree, work):
     """Pass inertias and forces on to the parents; run.failed gets -1, or a link whose motion has no inertia."""
     flexible, links, rows, blocks = tree.flexible, tree.links, tree.rows, tree.blocks
-    A, out, P = np.empty((6, WIDTH)), np.empty((6, WIDTH)), np.empty((6, WIDTH))
-    pivots, column = np.empty(6, np.int64), np.empty(6)
     tree.run[0].failed = -1
+    asking = len(flexible.runs) > NEAR
     for n in range(len(flexible.runs) - 1, -1, -1):
         run = flexible.runs[n]
         k, kind = run.first, run.kind
-        if n >= AHEAD:
+        if asking and n >= AHEAD:
             _ask(tree, flexible.runs[n - AHEAD])
         if kind == MOUNT:  # its body collects
             continue
@@ -208,33 +223,37 @@ def gathering(tree, work):
         link, row = links[k], rows[k]
         wide = flexible.wide[flexible.wide_of[k]]
         if kind == BEND:
-            good = _gather_body(tree, work, link, row, P, out)
+            good = _gather_body(tree, work, link, row)
         else:
             block, factor = blocks[link.block], flexible.factors[link.block]
-            good = open_wide(link, row, wide, run.light, block, factor, tree.tau, A, pivots, column, flexible.sums)
+            good = open_wide(link, row, wide, run.light, block, factor, tree.tau)
         if not good:
             tree.run[0].failed = k
             return
         if link.parent >= 0 and link.kind != FRAME:
             parent = flexible.wide[flexible.wide_of[link.parent]]
-            give_wide(row, wide.P, rows[link.parent], parent, run.gives_first == 1, out)
+            give_wide(row, wide.P, rows[link.parent], parent, run.gives_first == 1)
 
 
 @inner_kernel
-def _bend(flexible, link, row, a, x):
+def _bend(flexible, link, row, a):
     """Write the modal second rates of a flexible body, of whose frame `row` has the rate with the own marker."""
     body = flexible.bodies[link.block]
     m = body.m
-    L, eta = flexible.L[link.block], flexible.eta[link.block]
+    L, eta, rates = flexible.L[link.block], flexible.eta[link.block], flexible.scratch[0]
     V = row.rate
+    rate = part(V, 0, 6)
+    for at in range(0, m, WIDTH):
+        p, q = times(rate, read(L, (at, 0))), times(rate, read(L, (at + 1, 0)))
+        r, u = times(rate, read(L, (at + 2, 0))), times(rate, read(L, (at + 3, 0)))
+        v, w = times(rate, read(L, (at + 4, 0))), times(rate, read(L, (at + 5, 0)))
+        x, y = times(rate, read(L, (at + 6, 0))), times(rate, read(L, (at + 7, 0)))
+        keep(rates, at, less(read(eta, at), 1.0, totals(p, q, r, u, v, w, x, y)))
     for j in range(m):
-        y = eta[j]
-        for i in range(6):
-            y -= L[j, i] * V[i]
-        a[body.rate + j] = y
+        a[body.rate + j] = rates[j]
     if body.clamp >= 0:
         rises = flexible.rises[flexible.places[body.clamp].shapes]
-        p, q, r, u, v, w = rate_of_place(rises, m, flexible.present[body.clamp], a, body.rate, x)
+        p, q, r, u, v, w = rate_of_place(rises, m, flexible.present[body.clamp], a, body.rate)
         V[0] -= p
         V[1] -= q
         V[2] -= r
@@ -244,12 +263,13 @@ def _bend(flexible, link, row, a, x):
 
 
 @kernel
-def ride(flexible, link, row, of_parent, weight, a, moving, x):
+def ride(flexible, link, row, of_parent, weight, a):
     """Write the rate of a marker of a flexible body."""
+    moving = np.empty(6)
     place = flexible.places[link.block]
     body = flexible.bodies[place.body]
     rises, present, V = flexible.rises[place.shapes], flexible.present[link.block], of_parent.rate
-    p, q, r, u, v, w = rate_of_place(rises, body.m, present, a, body.rate, x)
+    p, q, r, u, v, w = rate_of_place(rises, body.m, present, a, body.rate)
     moving[0], moving[1], moving[2] = V[0] + p, V[1] + q, V[2] + r
     moving[3], moving[4], moving[5] = V[3] + u, V[4] + v, V[5] + w
     carry(row, moving, row.rate)
@@ -261,7 +281,6 @@ def ride(flexible, link, row, of_parent, weight, a, moving, x):
 def spreading(tree, weight):
     """Write the second rates tree.a from the roots to the leaves, and the forces on driven rates: see `spread`."""
     flexible, links, rows, blocks = tree.flexible, tree.links, tree.rows, tree.blocks
-    column, x = np.empty(6), np.empty(WIDTH)
     let_fall(rows[len(links)], tree.gravity, weight)
     for n in range(len(flexible.runs)):
         run = flexible.runs[n]
@@ -272,12 +291,12 @@ def spreading(tree, weight):
         link, row = links[k], rows[k]
         of_parent = rows[link.parent]
         if kind == MOUNT:
-            ride(flexible, link, row, of_parent, weight, tree.a, column, x)
+            ride(flexible, link, row, of_parent, weight, tree.a)
         elif kind == BEND:
             carry(row, of_parent.rate, row.rate)
             for i in range(6):
                 row.rate[i] += weight * row.bias[i]
-            _bend(flexible, link, row, tree.a, x)
+            _bend(flexible, link, row, tree.a)
         else:
             wide, block, factor = flexible.wide[flexible.wide_of[k]], blocks[link.block], flexible.factors[link.block]
-            move_wide(link, row, wide, block, factor, of_parent, weight, tree.tau, column, tree.a)
+            move_wide(link, row, wide, block, factor, of_parent, weight, tree.tau, tree.a)

@@ -67,10 +67,11 @@ def write_columns(shapes, m, present, E):
 
 
 @kernel
-def rate_of_place(rises, m, present, rates, first, x):
+def rate_of_place(rises, m, present, rates, first):
     """Return what modal rates or second rates, from `first` on, add to the twist of a place at the body's origin: E
-    times them, as six numbers. x (8,) is scratch.
+    times them, as six numbers.
     """
+    x = np.empty(WIDTH)
     a = same(0.0)
     for j in range(m):
         a = more(a, rates[first + j], read(rises, (j, 0)))
@@ -84,12 +85,13 @@ def rate_of_place(rises, m, present, rates, first, x):
 
 
 @kernel
-def shape(rest, rises, m, eta, rate, present, A, motion, x):
+def shape(rest, rises, m, eta, rate, present, A, motion):
     """Write a marker of a deformed body: s and T to `present` (12,), axes A (3, 3), and its motion (12,).
 
-    The motion has s, its rate, the spin T theta' and T' theta', in body axes. x (16,) is scratch. rest (12,) : s and
-    axes of the undeformed one
+    The motion has s, its rate, the spin T theta' and T' theta', in body axes. rest (12,) : s and axes of the undeformed
+    one
     """
+    x = np.empty(2 * WIDTH)
     _sums(rises, m, eta, rate, x)
     p, q, r = x[3], x[4], x[5]
     square = p * p + q * q + r * r

@@ -32,7 +32,7 @@ BENT = np.dtype(
         ("constants", np.int32),  # first of its numbers, see `Packed`
         ("stiffened", np.int32),  # matrices of geometric stiffness: 12 of inertia or none,
         ("by_inertia", np.int32),
-        ("by_interfaces", np.int32),  # six for each of so many interfaces,
+        ("by_interfaces", np.int32),  # six for each of so many interfaces whose wrench does so,
         ("by_loads", np.int32),  # one for each load shape or none, and the last one of the preload
         ("shapes", np.int32),  # load shapes
         ("turning", np.int32),  # matrices by which they turn
@@ -54,7 +54,7 @@ PLACE = np.dtype(
         ("rigid", np.int32),  # 1: some of them without anything flexible,
         ("wide", np.int32),  # 1: some of them with it
         ("kept", np.int32),  # place of its columns, of all places the first where no loops need them later
-        ("interface", np.int32),  # number of the interface whose wrench stiffens the body, -1: none
+        ("interface", np.int32),  # number among the interfaces whose wrench stiffens the body, -1: none of them
         ("shapes", np.int32),  # place of its shapes and of where it is undeformed: `Flexible.shapes`
     ],
     align=True,
@@ -81,6 +81,9 @@ RUN = np.dtype(
     align=True,
 )
 """Links of one kind, one after another."""
+
+FOUR = 4 * WIDTH
+"""Numbers of a row that are summed up together."""
 
 LINE = 64
 """Bytes that the processor's memory takes at once; eight numbers."""
@@ -126,8 +129,10 @@ class Flexible(NamedTuple):
     """(nb, mm) modal second rates at rate zero"""
     scratch: FloatRows
     """(2, n)"""
-    sums: Floats
-    """(24,) scratch, as what is before"""
+    P: FloatRows
+    """(6, 8) inertia of a body's frame and force, scratch as what is around"""
+    moved: FloatRows
+    """(6, 8) the same of what a place carries, at the frame"""
     zeros: FloatRows
     """(6, 8), no inertia"""
     rows: Floats
@@ -144,19 +149,25 @@ def _filled(numbers: np.ndarray) -> np.ndarray:
     return np.pad(numbers, [(0, 0)] * (numbers.ndim - 1) + [(0, -numbers.shape[-1] % WIDTH)])
 
 
-def _by_eights(groups) -> np.ndarray:
-    """Return rows (m, n) of groups, filled up: first the eight columns of all rows, then the next eight."""
+def _by_fours(groups) -> np.ndarray:
+    """Return rows (m, n) of groups, filled up: first the first four eights of all rows, then the next four."""
     rows = np.concatenate([_filled(group) for group in groups], axis=-1)
-    return rows.reshape(len(rows), -1, WIDTH).transpose(1, 0, 2)
+    rows = np.pad(rows, [(0, 0), (0, -rows.shape[1] % FOUR)])
+    return rows.reshape(len(rows), -1, FOUR).transpose(1, 0, 2)
+
+
+def _stiffening(data: ModalLink) -> list[int]:
+    """Return the interfaces whose wrench stiffens a body; that of the one which carries it is balanced there."""
+    return [k for k, matrices in enumerate(data.interface_stiffening) if np.any(matrices)]
 
 
 class Packed:
     """The constants of flexible bodies, one after another; bodies with the same numbers share them.
 
     Rows over the modes are filled up to eights, mm numbers. For each mode a row of ww2 (6, mm), wn1 (3, mm), stiffness
-    (mm,), geometric stiffness (n, mm), vw1 (9,), by eights of columns; then one of wn1 (3, mm), its part that changes
-    sign with the order of two modes, twice (3, mm), damping (mm,), vw1 (9,); then ww1 (6, mm), wn0 (3, mm), vn (3, mm),
-    vw1 (9, mm), nn (m, mm), mean (6, mm), mass, ww0 (6,), vw0 (9,), load shapes, their turning.
+    (mm,), geometric stiffness (n, mm), vw1 (9,), by fours of eights of columns; then one of wn1 (3, mm), its part that
+    changes sign with the order of two modes, twice (3, mm), damping (mm,), vw1 (9,); then ww1 (6, mm), wn0 (3, mm),
+    vn (3, mm), vw1 (9, mm), nn (m, mm), mean (6, mm), mass, ww0 (6,), vw0 (9,), load shapes, their turning.
     """
 
     def __init__(self):
@@ -198,7 +209,7 @@ class Packed:
         ww1 = np.stack([data.ww1[:, a, b] for a, b in PAIRS])  # (6, m)
         groups = (
             data.inertia_stiffening,
-            data.interface_stiffening.reshape(-1, m, m),
+            data.interface_stiffening[_stiffening(data)].reshape(-1, m, m),
             data.load_stiffening,
             data.preload_stiffening[None],
         )
@@ -208,7 +219,7 @@ class Packed:
         pairs, spins = (np.moveaxis(group, 1, 0) for group in (ww2, data.wn1))
         by_shape = (*pairs, *spins, data.stiffness.T, *G, vw1)
         by_rate = (*spins, *np.moveaxis(odd, 1, 0), data.damping.T, vw1)
-        parts = [_by_eights(by_shape), _by_eights(by_rate)]
+        parts = [_by_fours(by_shape), _by_fours(by_rate)]
         parts += [_filled(rows) for rows in (ww1, data.wn0, data.vn, vw1.T, data.nn, data.mean)]
         parts += [np.array([data.mass]), data.ww0[np.triu_indices(3)], data.vw0, data.load_shapes, data.load_turning]
         return {
@@ -216,7 +227,7 @@ class Packed:
             "constants": self.add(np.concatenate([np.ravel(part) for part in parts])),
             "stiffened": len(G),
             "by_inertia": len(data.inertia_stiffening) if len(G) else 0,
-            "by_interfaces": len(data.interface_stiffening) if len(G) else 0,
+            "by_interfaces": len(_stiffening(data)) if len(G) else 0,
             "by_loads": len(data.load_stiffening) if len(G) else 0,
             "shapes": len(data.load_shapes),
             "turning": len(data.load_turning),
@@ -224,7 +235,7 @@ class Packed:
 
     def place(self, row, data: ModalLink, k: int, stiffened: bool) -> None:
         """Write the constants of marker k of a body to its row (PLACE); is the body stiffened at all?"""
-        row["interface"] = k if stiffened and k < len(data.interface_stiffening) else -1
+        row["interface"] = _stiffening(data).index(k) if stiffened and k in _stiffening(data) else -1
         if (id(data), k) not in self.places:
             self.places[id(data), k] = self._shaped(data, k)
         row["shapes"] = self.places[id(data), k]
@@ -330,7 +341,7 @@ def new_flexible(links, bodies, places, packed: Packed, wide_of, numbers: int, p
             row["kept"] = k if numbers else 0
     _tell_carried(links, wide_of, places)
     most = -(-max((int(row["m"]) for row in bodies), default=1) // WIDTH) * WIDTH
-    size = max((most * (10 + int(row["stiffened"])) for row in bodies), default=1) + 2 * WIDTH
+    size = max((most * (10 + int(row["stiffened"])) for row in bodies), default=1) + 2 * WIDTH + FOUR
     rests = np.array(packed.rests, float).reshape(-1, 12)
     shapes = _zeros((len(packed.shapes), 6, most))
     rises = _zeros((len(packed.shapes), most, WIDTH))
@@ -358,7 +369,8 @@ def new_flexible(links, bodies, places, packed: Packed, wide_of, numbers: int, p
         B=_zeros((kept, 6, most)),
         eta=_zeros((nb, most)),
         scratch=_zeros((2, size)),
-        sums=_zeros(3 * WIDTH),
+        P=_zeros((6, WIDTH)),
+        moved=_zeros((6, WIDTH)),
         zeros=_zeros((6, WIDTH)),
         rows=np.zeros(numbers),
         wrench=np.zeros((len(links) if wide else 0, 6)),

@@ -6,7 +6,9 @@ A motion takes ``P S D S^T P``; theory, eq. (tree-open).
 
 from __future__ import annotations
 
-from flexmb.math.eights import crossing, keep, less, more, part, plus, put, read, same, times, totals
+import numpy as np
+
+from flexmb.math.eights import WIDTH, crossing, keep, less, more, part, plus, put, read, same, times, totals
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.blocks import factor_block, solve_block
 from flexmb.tree.flexible.six_rows import add_six, keep_six, read_six
@@ -94,8 +96,9 @@ def moved(row, P, force, out):
 
 
 @kernel
-def force_with_bias(row, P, sums):
-    """Add P c to the force; sums (8,) is scratch."""
+def force_with_bias(row, P):
+    """Add P c to the force."""
+    sums = np.empty(WIDTH)
     c, zero = part(row.bias, 0, 6), same(0.0)
     p, q, r, x, y, z = read_six(P, 0)
     keep(sums, 0, totals(times(c, p), times(c, q), times(c, r), times(c, x), times(c, y), times(c, z), zero, zero))
@@ -127,8 +130,9 @@ def _open_single(link, row, P, gain, tau):
 
 
 @inner_kernel
-def _inverse(A, n, D, pivots, column):
+def _inverse(A, n, D):
     """Write the inverse of the leading (n, n) part of A, which is overwritten, to D; False if it is singular."""
+    pivots, column = np.empty(6, np.int64), np.empty(6)
     if not factor_block(A, n, pivots, 1e-300):
         return False
     for j in range(n):
@@ -141,13 +145,14 @@ def _inverse(A, n, D, pivots, column):
 
 
 @inner_kernel
-def _open_several(link, row, P, block, factor, tau, A, pivots, column):
+def _open_several(link, row, P, block, factor, tau):
     """The same for a ball, which leaves M - C J^-1 B, or a free frame, which leaves nothing."""
     n, at = link.kind, link.rate
+    A = np.empty((6, 6))
     for i in range(n):
         for j in range(n):
             A[i, j] = P[i, j]
-    if not _inverse(A, n, factor.D, pivots, column):
+    if not _inverse(A, n, factor.D):
         return False
     if n == 6:
         for i in range(3):
@@ -177,18 +182,17 @@ def _open_several(link, row, P, block, factor, tau, A, pivots, column):
 
 
 @kernel
-def open_wide(link, row, wide, light, block, factor, tau, A, pivots, column, sums):
+def open_wide(link, row, wide, light, block, factor, tau):
     """Subtract what the joint's motion takes from inertia and force, velocity terms added; False without inertia.
 
     light : 1 if the link has no inertia of its own or of rigid links on it
-    A (6, 8), pivots (6,) of integers, column (6,), sums (8,) : scratch
     """
     P = wide.P
     row.load = 0.0
     if light == 0:
         add_own(row, P)
     if link.kind == FRAME or link.kind == BALL:
-        if not _open_several(link, row, P, block, factor, tau, A, pivots, column):
+        if not _open_several(link, row, P, block, factor, tau):
             return False
         if link.kind == FRAME:
             return True
@@ -199,7 +203,7 @@ def open_wide(link, row, wide, light, block, factor, tau, A, pivots, column, sum
         wide.gain[:] = 0.0
     elif not _open_single(link, row, P, wide.gain, tau):
         return False
-    force_with_bias(row, P, sums)
+    force_with_bias(row, P)
     for i in range(6):
         row.force[i] += wide.gain[i] * row.load
     return True
@@ -213,11 +217,9 @@ def clear_wide(P):
 
 
 @kernel
-def give_wide(row, P, of_parent, parent, first, out):
-    """Give inertia P (6, 8) and force of a link to its parent, which replaces what is there if it is the `first`.
-
-    out (6, 8) is scratch
-    """
+def give_wide(row, P, of_parent, parent, first):
+    """Give inertia P (6, 8) and force of a link to its parent, which replaces what is there if it is the `first`."""
+    out = np.empty((6, WIDTH))
     moved(row, P, row.force, out)
     for i in range(6):
         of_parent.force[i] += out[i, 6]
@@ -226,9 +228,10 @@ def give_wide(row, P, of_parent, parent, first, out):
 
 
 @inner_kernel
-def _several(link, row, block, factor, column, a):
+def _several(link, row, block, factor, a):
     """The accelerations of a ball or free frame, of which what is carried here is a part already."""
     at, n = link.rate, link.kind
+    column = np.empty(6)
     for i in range(n):
         x = 0.0
         for j in range(n):
@@ -250,8 +253,8 @@ def _several(link, row, block, factor, column, a):
 
 
 @kernel
-def move_wide(link, row, wide, block, factor, of_parent, weight, tau, column, a):
-    """Write the rate of a link and the second rates of its joint to `a`; column (6,) is scratch."""
+def move_wide(link, row, wide, block, factor, of_parent, weight, tau, a):
+    """Write the rate of a link and the second rates of its joint to `a`."""
     carry(row, of_parent.rate, row.rate)
     if link.driven == 1 and weight != 0.0:
         x = link.turn * row.force[2] + link.slide * row.force[5] - row.load
@@ -268,4 +271,4 @@ def move_wide(link, row, wide, block, factor, of_parent, weight, tau, column, a)
         row.rate[5] += link.slide * x
         a[link.rate] = link.sign * x
     elif link.kind == BALL or link.kind == FRAME:
-        _several(link, row, block, factor, column, a)
+        _several(link, row, block, factor, a)
