@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from contracts.random_models import beam
 from scipy.special import ellipj, ellipk
 from tolerances import MACHINE
 from tree.models import branched, chain, flexible_chain, loops
@@ -341,3 +342,33 @@ def test_dependent_equations_do_not_shorten_steps():
         assert solution.statistics["rejected by iteration"] == 0
         assert solution.statistics["factorisations"] < 2 * solution.statistics["steps"]
         np.testing.assert_allclose(solution.final.q, reference.final.q, atol=100.0 * rtol)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("flexible", [False, True], ids=["rigid", "flexible"])
+@pytest.mark.parametrize(
+    "how", [fmb.Explicit(formulation=fmb.Recursive()), fmb.Implicit()], ids=["explicit", "implicit"]
+)
+def test_a_screw_whose_slide_is_driven(how, flexible, order):
+    """It turns by 2 pi slide / pitch, many times about, beyond a phase too: the tree has the turn for a coordinate."""
+    pitch, far = 0.05, 0.4
+    pose = {"at": (0.1, 0.2, 0.3), "rotation": (0.3, -0.2, 0.5)}
+    if flexible:
+        body, own, change = fmb.FloatingBody("body", data=beam(), damping=0.02, **pose), "body.root", {"damping": 0.03}
+    else:
+        body = fmb.RigidBody("body", mass=1.0, inertia=(0.1, 0.2, 0.3), **pose)
+        own, change = "body.center", {"mass": 2.0}
+    model = fmb.Model(
+        gravity=(1.0, 2.0, -9.81),
+        bodies=[fmb.Ground(markers={"bearing": fmb.Pose(*pose.values())}), body],
+        joints=[
+            fmb.Screw("screw", markers=("ground.bearing", own)[::order], pitch=pitch),
+            fmb.Drive("feed", joint="screw", displacement=fmb.expression(f"{far}*(3*t**2 - 2*t**3)")),
+        ],
+        sensors=[fmb.JointCoordinate(name, joint="screw", freedom=name) for name in ("slide", "turn")],
+        events=[fmb.Event("later", at=0.5, then=fmb.Change("body", **change))],
+    )
+    motion = fmb.simulate(model, 1.0, samples=41, integrator=how)
+    expected = far * motion.t**2 * (3.0 - 2.0 * motion.t)
+    np.testing.assert_allclose(motion["slide"], expected, atol=1e-9)
+    np.testing.assert_allclose(motion["turn"], 2.0 * np.pi * expected / pitch, atol=1e-7)

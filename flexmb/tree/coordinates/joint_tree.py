@@ -21,6 +21,7 @@ from flexmb.system.given_state import given_state
 from flexmb.system.program import evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.coordinates.carriers import carriers
+from flexmb.tree.coordinates.driven import driven_coordinates
 from flexmb.tree.coordinates.joint_jacobian import joint_jacobian
 from flexmb.tree.coordinates.motions import counted_turns, describable, labels, motion_rows
 from flexmb.tree.coordinates.no_inertia import without_inertia
@@ -68,6 +69,8 @@ class JointTree:
         "A.turn", "B.slide", "ball.ball_0", "hub.frame_0", "wing.mode_1", in the order of q and of v.
     drives : dict of str to Drive
         Coordinates that are prescribed, and by what.
+    driven : dict of str to Signal
+        What these coordinates are, in m or rad.
 
     Examples
     --------
@@ -100,17 +103,12 @@ class JointTree:
         evaluate(self.system.program, self._start, self.work)
         self.rows = motion_rows(self.system, self.tree, self.work.markers, start.q)
         self.names, self.rate_names = labels(self.system, self.tree, self.rows)
-        carrying = set(self.tree.joints.values())
-        self.drives = {
-            f"{j.joint}.{j.freedom or ('slide' if j.angle is None else 'turn')}": j
-            for j in self.system.joints
-            if j.prescribes and j.joint in carrying
-        }
+        self.drives, self.driven = driven_coordinates(self.system, self.tree, self.rows, self.places)
 
     @cached_property
     def _driven_turns(self):
         """Places of the turns that drives prescribe, and their signals as `sample_signals` reads them."""
-        turns = {name: drive.angle for name, drive in self.drives.items() if drive.angle is not None}
+        turns = {name: s for name, s in self.driven.items() if not name.rpartition(".")[2].startswith("slide")}
         return (
             [self.places[name] for name in turns],
             SignalCode(*pack([s.program() for s in turns.values()])),

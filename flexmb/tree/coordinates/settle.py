@@ -56,9 +56,8 @@ class Chart(NamedTuple):
 
 def new_chart(tree, start: np.ndarray, followed) -> Chart:
     """Return the chart of a `JointTree`; `start` (nq,) is any configuration, `followed` counts the branches."""
-    drives = tree.drives
-    signals = [d.displacement if d.angle is None else d.angle for d in drives.values()]
-    driven = np.array([(tree.places[name], tree.rate_places[name]) for name in drives], np.int64).reshape(-1, 2)
+    signals = list(tree.driven.values())
+    driven = np.array([(tree.places[name], tree.rate_places[name]) for name in tree.driven], np.int64).reshape(-1, 2)
     counted = np.array(tree.counted, np.int64).reshape(-1, 2)
     return Chart(
         rows=tree.rows,
