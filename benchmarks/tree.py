@@ -3,12 +3,14 @@
     python benchmarks/tree.py                                       # 10 to 10 000 bodies, ours only
     python benchmarks/tree.py --pinocchio /path/to/its/python       # pip install pin, in an environment of its own
     python benchmarks/tree.py --exudyn --flexible 160 --plot tree.png
+    python benchmarks/tree.py --products 10 100 1000 5000 10000     # M v, M^-1 f, bias, torques, and preparation
 
 Ours are an evaluation of `simulate(..., formulation=Recursive())`, for chains on hinges, on balls, and on hinges with
 springs; and `Recursive.accelerate` (kinematics, forces, accelerations and all reactions of any tree). Pinocchio's is
 `aba` from Python; its data need so much memory that it runs to 300 bodies, on balls to 100. Exudyn's is a step of its
 explicit Euler method with one ObjectKinematicTree (to 100). Median of CPU time, one thread. With --plot the table is
-drawn as well.
+drawn as well. --products takes chains of rods, and of reduced beams with six modes and geometric stiffness, on hinges:
+CPU time of `JointTree(model)` and of the first product, then the least of an evaluation, all per link.
 """
 
 from __future__ import annotations
@@ -54,12 +56,7 @@ for n in map(int, sys.argv[1:]):
 def median_time(call, count: int) -> float:
     """Return the median CPU time of a call, s."""
     call()
-    spent = []
-    for _ in range(count):
-        clock = time.process_time()
-        call()
-        spent.append(time.process_time() - clock)
-    return sorted(spent)[len(spent) // 2]
+    return sorted(spent(call) for _ in range(count))[count // 2]
 
 
 def chain(n: int, kind: str = "hinges"):
@@ -70,6 +67,49 @@ def chain(n: int, kind: str = "hinges"):
     joints = [joint(f"j{k}", markers=(ends[k], f"b{k}.start")) for k in range(n)]
     springs = [fmb.TorsionSpring(f"s{k}", joint=f"j{k}", stiffness=1.0) for k in range(n)] if kind == "springs" else []
     return fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), *rods], joints=joints, forces=springs)
+
+
+def beams(n: int):
+    """Return a chain of n reduced beams with six modes and all geometric stiffness on revolute joints."""
+    from flexmb import fem, reduction
+
+    points = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11)])
+    fe = fem.frame(points=points, section=fem.Section.rectangle(0.02, 0.03), material=fmb.MATERIALS["aluminium"])
+    data = reduction.reduce(fe, interfaces={"root": [0], "tip": [10]}, modes=6, geometric_stiffness=True)
+    bodies = [fmb.FloatingBody(f"b{k}", data=data, at=(k, 0, 0)) for k in range(n)]
+    ends = ["ground.origin", *(f"b{k}.tip" for k in range(n))]
+    joints = [fmb.Revolute(f"j{k}", markers=(ends[k], f"b{k}.root")) for k in range(n)]
+    return fmb.Model(gravity=(0, -9.81, 0), bodies=[fmb.Ground(), *bodies], joints=joints)
+
+
+def spent(call) -> float:
+    """Return the CPU time of a call, s."""
+    clock = time.process_time()
+    call()
+    return time.process_time() - clock
+
+
+def products(numbers: list[int]) -> None:
+    """Print what products, bias and torques of chains cost, and what comes before, per link."""
+    for kind, make in (("rods", chain), ("beams", beams)):
+        warm = fmb.JointTree(make(2))  # kernels
+        warm.mass_product(warm.start.q, warm.start.v)
+        for n in numbers:
+            model = make(n)
+            trees: list[fmb.JointTree] = []
+            drawn = spent(lambda model=model, trees=trees: trees.append(fmb.JointTree(model)))
+            tree = trees[0]
+            q, a = tree.start.q, np.cos(np.arange(len(tree.rate_names)))
+            calls = {
+                "M v": lambda tree=tree, q=q, a=a: tree.mass_product(q, a),
+                "M^-1 f": lambda tree=tree, q=q, a=a: tree.mass_solution(q, a),
+                "bias": lambda tree=tree, q=q, a=a: tree.bias(q, a),
+                "torques": lambda tree=tree, q=q, a=a: tree.torques(q, a, a),
+            }
+            first = spent(calls["M v"])
+            least = {name: min(spent(call) for _ in range(max(5, 2000 // n))) for name, call in calls.items()}
+            costs = ", ".join(f"{name} {1e6 * x / n:.2f}" for name, x in least.items())
+            print(f"{n:6d} {kind}, us per link: JointTree {1e6 * drawn / n:.0f}, first {1e6 * first / n:.0f}; {costs}")
 
 
 def flexible_tree(n: int, ribs: int = 16):
@@ -209,7 +249,11 @@ def main() -> None:
     parser.add_argument("--exudyn", action="store_true")
     parser.add_argument("--plot", help="picture file")
     parser.add_argument("--flexible", type=int, help="number of flexible segments")
+    parser.add_argument("--products", type=int, nargs="+", help="numbers of links for products in joint coordinates")
     options = parser.parse_args()
+    if options.products:
+        products(options.products)
+        return
     peers: dict[int, list[float]] = {}
     if options.pinocchio:
         environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}

@@ -78,3 +78,9 @@ def test_soft_controllers_of_fine_meshes_are_no_zeros(gain):
     found = fmb.linearize(arm.arm(gain, tip=False, elements=12)).eigenvalues
     assert np.abs(found - s).min() < 1e-5 * abs(s)
     assert np.abs(found).min() > 0.9 * abs(s)
+
+
+def test_the_hand_of_an_arm_approaches_its_goal_as_a_critically_damped_oscillator():
+    """But for the half sample by which held torques lag behind: errors fall with it."""
+    _, computed, expected = example("task_space_control").main(0.3)
+    assert np.abs(computed - expected).max() < 3e-3 * computed[0]

@@ -23,10 +23,10 @@ class Twin:
     """A random tree in Pinocchio, `theirs` with `data`, and here, `tree`.
 
     Lengths are of the size `length` (m), masses of the size `mass` (kg). Joints may be drawn from the body to its
-    parent; their coordinates then count backwards.
+    parent; their coordinates then count backwards. A `floating` tree hangs on its free first body.
     """
 
-    def __init__(self, pin, rng, n: int, length: float = 1.0, mass: float = 1.0):
+    def __init__(self, pin, rng, n: int, length: float = 1.0, mass: float = 1.0, floating: bool = False):
         self.pin, self.theirs = pin, pin.Model()
         gravity = rng.normal(size=3) * 10.0
         self.theirs.gravity.linear = gravity
@@ -35,8 +35,9 @@ class Twin:
         at, fields, joints = [np.eye(4)], [], []
         for k in range(1, n + 1):
             kind = str(rng.choice(list(KINDS), p=(0.4, 0.2, 0.1, 0.2, 0.1)))
+            kind = ("free" if k == 1 else kind.replace("free", "turn")) if floating else kind
             free = KINDS[kind] is None
-            parent = 0 if free else int(rng.integers(k))
+            parent = 0 if free else int(rng.integers(int(floating), k))
             turn = np.eye(3) if free else Rotation.random(random_state=rng).as_matrix()
             seat = pin.SE3(turn, np.zeros(3) if free else length * rng.normal(size=3))
             joint = self.theirs.addJoint(parent, _joint(pin, kind), seat, f"joint_{k}")
@@ -54,7 +55,9 @@ class Twin:
             )
             back = kind in ("turn", "slide") and rng.uniform() < 0.4
             self.limbs.append((kind, -1.0 if back else 1.0))
-            if not free:
+            if free:
+                markers[k]["in"] = (0, 0, 0)
+            else:
                 own = "ground" if parent == 0 else f"link_{parent}"
                 markers[parent][f"to_{k}"] = fmb.Pose(seat.translation, seat.rotation)
                 markers[k]["in"] = (0, 0, 0)

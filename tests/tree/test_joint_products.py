@@ -12,6 +12,7 @@ from tree.test_flexible_links import panel, random_tree
 import flexmb as fmb
 from flexmb.system.program import energies
 from flexmb.tree.coordinates.products import _of_bodies
+from flexmb.tree.coordinates.reach import advanced
 from flexmb.tree.coordinates.settle import unit_length
 
 
@@ -79,9 +80,15 @@ def test_links_and_bodies_need_the_same_forces(seed):
         assert_close(tree.mass_solution(q, tau), a, np.abs(a) + 1e-3 * np.abs(a).max(), 1e-7)
 
 
-def strips(**fields) -> fmb.Model:
-    """Return two strips on a hinge and a ball, with loads that turn with them; prestressed, if the data are."""
-    bodies = [fmb.FloatingBody(f"f{k}", data=panel(), at=(k, 0, 0), **fields) for k in range(2)]
+def preloaded() -> fmb.ModalNeutralData:
+    """Return the strip with a preload that stiffens it."""
+    data = panel()
+    return replace(data, geometric=replace(data.geometric, preload=0.3 * data.stiffness))
+
+
+def strips(data, **fields) -> fmb.Model:
+    """Return two strips on a hinge and a ball, with loads that turn with them."""
+    bodies = [fmb.FloatingBody(f"f{k}", data=data, at=(k, 0, 0), **fields) for k in range(2)]
     joints = [
         fmb.Revolute("a", markers=("ground.origin", "f0.root")),
         fmb.Spherical("b", markers=("f0.tip", "f1.root")),
@@ -90,17 +97,42 @@ def strips(**fields) -> fmb.Model:
     return fmb.Model(bodies=[fmb.Ground(), *bodies], joints=joints, forces=forces, gravity=(1, 2, -9.81))
 
 
-@pytest.mark.parametrize("groups", [True, False, "inertia", "interface", "loads"])
+GROUPS = [True, False, ("inertia",), ("interface",), ("loads",), ("preload",)]
+
+
+@pytest.mark.parametrize("groups", GROUPS, ids=str)
 def test_loads_on_shapes_and_each_group_of_stiffness(groups, rng):
-    own = (groups,) if isinstance(groups, str) else groups
-    for model in (
-        strips(geometric_stiffness=own),
-        flexible_chain(3, geometric_stiffness=own if own != ("loads",) else False),
-    ):
-        tree = fmb.JointTree(model)
+    for data in (panel(), preloaded()):
+        tree = fmb.JointTree(strips(data, geometric_stiffness=groups))
         q, v, a = random_motion(tree, rng)
         expected = _of_bodies(tree, q, v, a, 2.0)
         assert_close(tree.torques(q, v, a, 2.0), expected, np.abs(expected) + 1e-3 * np.abs(expected).max(), 1e-9)
+
+
+def test_a_preload_stiffens_the_modes(rng):
+    """By its matrix times the modal coordinates, and nothing else."""
+    bare, loaded = (fmb.JointTree(strips(data, geometric_stiffness=("preload",))) for data in (panel(), preloaded()))
+    q, *_ = random_motion(bare, rng)
+    modes = np.array([".mode_" in name for name in bare.names])
+    m = panel().n_modes
+    expected = [0.3 * panel().stiffness @ eta for eta in q[modes].reshape(2, m)]
+    found = (loaded.bias(q) - bare.bias(q))[[".mode_" in name for name in bare.rate_names]]
+    np.testing.assert_allclose(found, np.ravel(expected), atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("pieces", [2, 3])
+def test_a_body_in_pieces(pieces, rng):
+    """Welds between reduced bodies have no coordinates: torques and products beside the equations of all bodies."""
+    bodies = [fmb.FloatingBody(f"f{k}", data=panel(), at=(k, 0, 0)) for k in range(pieces)]
+    ends = ["ground.origin", *(f"f{k}.tip" for k in range(pieces))]
+    kinds = [fmb.Revolute] + [fmb.Fixed] * pieces
+    joints = [kinds[k](f"j{k}", markers=(ends[k], f"f{k}.root")) for k in range(pieces)]
+    tree = fmb.JointTree(fmb.Model(bodies=[fmb.Ground(), *bodies], joints=joints, gravity=(0, 0, -9.81)))
+    q, v, a = random_motion(tree, rng)
+    expected = _of_bodies(tree, q, v, a, 0.0)
+    assert_close(tree.torques(q, v, a), expected, np.abs(expected) + 1e-3 * np.abs(expected).max(), 1e-9)
+    back = tree.mass_solution(q, tree.mass_product(q, a))
+    assert_close(back, a, np.abs(a) + 1e-3 * np.abs(a).max(), 1e-7)
 
 
 def test_the_product_is_symmetric_and_twice_the_kinetic_energy(rng):
@@ -226,3 +258,75 @@ def test_a_massless_frame_between_two_joints(rng):
     np.testing.assert_allclose(M, np.diag([0.1 * s * s + 0.3 * c * c, 0.2]), atol=1e-14)
     np.testing.assert_allclose(tree.mass_solution(q, tau), np.linalg.solve(M, tau), rtol=1e-12)
     np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau)), tau, rtol=1e-11)
+
+
+@pytest.mark.peer
+@pytest.mark.parametrize("seed", range(4))
+def test_markers_and_momentum_in_pinocchio(seed):
+    """Jacobians and accelerations of markers, with second rates and without."""
+    pin = pytest.importorskip("pinocchio")
+    rng = np.random.default_rng(seed)
+    twin = Twin(pin, rng, 15)
+    model, tree = twin.theirs, twin.tree
+    q, v, a, _ = twin.state(rng)
+    x, u, s = twin.coordinates(q), twin.rates(v), twin.rates(a)
+    place = pin.SE3(np.eye(3), np.array(twin.tool))
+    frames = [model.addFrame(pin.Frame(f"tool_{k}", k, 0, place, pin.OP_FRAME)) for k in range(1, model.njoints)]
+    data = model.createData()
+    pin.forwardKinematics(model, data, q, v, a)
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    for k, frame in enumerate(frames, 1):
+        theirs = pin.getFrameClassicalAcceleration(model, data, frame, pin.LOCAL_WORLD_ALIGNED).vector
+        ours = tree.marker_acceleration(f"link_{k}.tool", x, u, s)
+        np.testing.assert_allclose(ours, theirs, atol=1e-11 * max(1.0, np.abs(theirs).max()))
+        J = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+        found = tree.jacobian(f"link_{k}.tool", x)
+        np.testing.assert_allclose(found[:, twin.iv] * twin.sv, J, atol=1e-11 * np.abs(J).max())
+        drift = tree.marker_acceleration(f"link_{k}.tool", x, u)
+        np.testing.assert_allclose(ours, found @ s + drift, atol=1e-11 * max(1.0, np.abs(theirs).max()))
+
+
+@pytest.mark.peer
+def test_the_momentum_of_a_floating_base_in_pinocchio(rng):
+    """The first six numbers of M v: linear, and about the origin of the base, in its axes."""
+    pin = pytest.importorskip("pinocchio")
+    twin = Twin(pin, rng, 9, floating=True)
+    q, v, *_ = twin.state(rng)
+    x, u = twin.coordinates(q), twin.rates(v)
+    pin.computeCentroidalMomentum(twin.theirs, twin.data, q, v)
+    h, centre = twin.data.hg, pin.centerOfMass(twin.theirs, twin.data, q)
+    r, R = twin.tree.pose("link_1.in", x)
+    at = [twin.tree.rate_places[f"link_1.frame_{k}"] for k in range(6)]
+    found = twin.tree.mass_product(x, u)[at]
+    np.testing.assert_allclose(found[:3], R.T @ h.linear, atol=1e-11 * np.abs(found).max())
+    moment = h.angular + np.cross(centre - r, h.linear)
+    np.testing.assert_allclose(found[3:], R.T @ moment, atol=1e-11 * np.abs(found).max())
+
+
+def test_accelerations_of_markers_on_bent_bodies(rng):
+    """Differences of the twist J v along a motion, fourth order."""
+    tree = fmb.JointTree(flexible_chain(2))
+    q, v, a = random_motion(tree, rng)
+    h, total = 1e-3, np.zeros(6)
+
+    def twist(t):
+        moved = advanced(tree, q, v * t + 0.5 * a * t * t)
+        return tree.jacobian("f1.tip", moved) @ (v + a * t)
+
+    for n, weight in zip((-2, -1, 1, 2), np.array((1, -8, 8, -1)) / (12 * h), strict=True):
+        total += weight * twist(n * h)
+    found = tree.marker_acceleration("f1.tip", q, v, a)
+    np.testing.assert_allclose(found, total, atol=1e-6 * np.abs(found).max())
+
+
+def test_a_run_starts_from_joint_coordinates():
+    model = chain(2)
+    tree = fmb.JointTree(model)
+    start = tree.absolute([0.3, -0.4], [1.0, 2.0])
+    here = tree.relative(fmb.simulate(model, 1e-9, start=start, samples=2).final)
+    np.testing.assert_allclose([*here.q, *here.v], [0.3, -0.4, 1.0, 2.0], atol=1e-7)
+    with fmb.stepper(model, start=start) as run:
+        np.testing.assert_allclose(tree.relative(run.state).q, [0.3, -0.4], atol=1e-12)
+    with pytest.raises(fmb.ModelError, match=r"a start of the class ndarray\. .*JointTree.absolute"):
+        fmb.simulate(model, 1.0, start=np.zeros(2))

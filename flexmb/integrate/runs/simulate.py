@@ -91,7 +91,14 @@ def state_at(start, model: Model, t: float):
             )
         start = equilibrium(model, t)
     start = getattr(start, "final", start)
-    system = compile_model(start.model or model)
+    if not all(hasattr(start, name) for name in ("q", "u")):
+        raise ModelError(
+            "simulate",
+            found=f"a start of the class {type(start).__name__}",
+            expected="'equilibrium', a Solution or an instant of one, or a state of JointTree.absolute",
+            remedy="Leave it out to begin as described",
+        )
+    system = compile_model(getattr(start, "model", None) or model)
     if len(start.q) != system.nq or len(start.u) != system.nu:
         raise ModelError(
             "simulate",
@@ -160,9 +167,10 @@ def simulate(
     samples : int or (nt,) s
         Number of equally spaced samples including both ends, or their times.
     t_start : float, s
-    start : Solution, Instant or "equilibrium", optional
-        Where the motion begins, if not as described: the result of `statics` (its last sample), or an instant of
-        another solution, bodies found by name; "equilibrium": that at `t_start`, where elastic bodies do not ring.
+    start : Solution, Instant, state of `JointTree.absolute` or "equilibrium", optional
+        Where the motion begins, if not as described: the result of `statics` (its last sample), an instant of
+        another solution, bodies found by name, or joint coordinates; "equilibrium": that at `t_start`, where elastic
+        bodies do not ring.
     output : path, optional
         Solution file, written during the run; an interrupted run keeps its samples so far.
     write_model : callable Model -> text, optional

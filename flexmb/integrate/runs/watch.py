@@ -191,10 +191,11 @@ def next_phase(model, event, series):
 
 def carried(system, model, q: np.ndarray, u: np.ndarray):
     """Return the start (q, u) of the next phase by body name; parts keep their states, joints their number of turns."""
+    bodies = {body.name for body in model.bodies}
     state = {
         name: (q[iq], u[iu])
         for name, (iq, iu) in system.slices.items()
-        if name in system.state_slices or any(body.name == name for body in model.bodies)
+        if name in system.state_slices or name in bodies
     }
     branches = q[system.program.branches :]
     return {**state, **{("branch", name): value for name, value in zip(system.branch_names, branches, strict=True)}}

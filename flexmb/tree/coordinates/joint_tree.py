@@ -11,7 +11,6 @@ import numpy as np
 from flexmb.errors import CompileError, ModelError, did_you_mean
 from flexmb.math.jets import SignalCode, sample_signals
 from flexmb.math.tables import State, Work
-from flexmb.math.weights import weigh
 from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import pack
@@ -22,7 +21,8 @@ from flexmb.system.program import evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.coordinates.carriers import carriers
 from flexmb.tree.coordinates.driven import driven_coordinates
-from flexmb.tree.coordinates.joint_jacobian import joint_jacobian
+from flexmb.tree.coordinates.joint_jacobian import write_jacobian
+from flexmb.tree.coordinates.linked import drawn_links, moving_links
 from flexmb.tree.coordinates.motions import counted_turns, describable, labels, motion_rows
 from flexmb.tree.coordinates.no_inertia import without_inertia
 from flexmb.tree.coordinates.passes import read_state
@@ -30,8 +30,8 @@ from flexmb.tree.coordinates.products import mass_product, mass_solution, torque
 from flexmb.tree.coordinates.reach import reach
 from flexmb.tree.coordinates.relative_state import RelativeState, checked_numbers
 from flexmb.tree.coordinates.settle import Chart, new_chart, place, settle
-from flexmb.tree.rigid.link_tree import LinkTree, link_tree
-from flexmb.tree.rigid.motion import evaluate_links, ready
+from flexmb.tree.rigid.link_tree import LinkTree
+from flexmb.tree.rigid.motion import evaluate_links
 from flexmb.tree.rigid.products import invertible
 from flexmb.tree.spanning import Spanning, spanning_tree
 
@@ -211,8 +211,26 @@ class JointTree:
         """
         number = self._marker(marker)
         self._placed(q)
-        body = self.tree.order.index(marker.partition(".")[0]) if self.work.markers[number]["nu"] else -1
-        return joint_jacobian(self.rows, self.tree.tables.parent, self.work, body, number, len(self.rate_names))
+        body = self._bodies[marker.partition(".")[0]] if self.work.markers[number]["nu"] else -1
+        out = np.zeros((6, len(self.rate_names)))
+        write_jacobian(self.rows, self.tree.tables.parent, self.work, body, number, out)
+        return out
+
+    def marker_acceleration(self, marker: str, q: Any, v: Any, a: Any = None, t: float = 0.0) -> np.ndarray:
+        """Return acceleration (m/s2) and angular acceleration (rad/s2) of a marker in W, (6,), at its origin.
+
+        J a + J' v with the Jacobian J: without second rates a (nv,), what the rates v (nv,) alone give.
+        """
+        number = self._marker(marker)
+        state = self.absolute(q, v, a, t)
+        seen, J = self.work.markers[number], self.work.J
+        nu, at, iu = int(seen["nu"]), int(seen["iJ"]), int(seen["iu"])
+        return J[at : at + 6 * nu].reshape(6, nu) @ state.a[iu : iu + nu] + seen["bias"]
+
+    @cached_property
+    def _bodies(self) -> dict[str, int]:
+        """Places of the bodies in the order of the tree."""
+        return {name: k for k, name in enumerate(self.tree.order)}
 
     def torques(self, q: Any, v: Any = None, a: Any = None, t: float = 0.0) -> np.ndarray:
         """Return the forces (nv,) on the rates that a motion needs in addition to the model's (N m, N, modal forces).
@@ -259,8 +277,10 @@ class JointTree:
             raise without_inertia(self.tree, links, self.model)
         return links.a.copy()
 
-    def bias(self, q: Any, v: Any, t: float = 0.0) -> np.ndarray:
-        """Return the forces (nv,) that keep the rates v: of velocities, weight, springs, modes; `torques` at a = 0."""
+    def bias(self, q: Any, v: Any = None, t: float = 0.0) -> np.ndarray:
+        """Return the forces (nv,) that keep the rates v, zero unless given: of velocities, weight, springs, modes;
+        `torques` at a = 0.
+        """
         return self.torques(q, v, None, t)
 
     def mass_product(self, q: Any, a: Any) -> np.ndarray:
@@ -303,13 +323,7 @@ class JointTree:
             If the model has more than rigid and reduced bodies and forces of place and motion, or a motion has no
             inertia.
         """
-        links = self._drawn_links(chart)
-        start = self.start
-        links.x[:], links.v[:] = start.q, start.v
-        evaluate_links(links, self.work, start.t)
-        if links.run[0].failed >= 0:
-            raise without_inertia(self.tree, links, self.model)
-        return links
+        return moving_links(self, chart, self._start)
 
     @cached_property
     def invertible_links(self) -> LinkTree | None:
@@ -318,16 +332,9 @@ class JointTree:
             return invertible(self._links)
         followed = Followed(self.system, self._start, self.work)
         try:
-            return invertible(self._drawn_links(new_chart(self, self._start.q, followed)))
+            return invertible(drawn_links(self, new_chart(self, self._start.q, followed), self._start))
         except CompileError:
             return None
-
-    def _drawn_links(self, chart: Chart) -> LinkTree:
-        """Return the links, with or without inertia."""
-        weigh(self.work.weights, 1.0, constrained=0)
-        program = self.system.program._replace(floor=np.zeros(len(self.system.program.floor)))
-        evaluate(program, self._start, self.work)
-        return ready(link_tree(self, chart, self._start, self.work))
 
     @cached_property
     def _links(self) -> LinkTree:

@@ -1,0 +1,32 @@
+"""The links of a tree of joints, drawn from its assembled start, with or without inertia in all their motions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.math.weights import weigh
+from flexmb.system.program import evaluate
+from flexmb.tree.coordinates.no_inertia import without_inertia
+from flexmb.tree.coordinates.settle import Chart
+from flexmb.tree.rigid.link_tree import LinkTree, link_tree
+from flexmb.tree.rigid.motion import evaluate_links, ready
+
+__all__ = ["drawn_links", "moving_links"]
+
+
+def drawn_links(tree, chart: Chart, start) -> LinkTree:
+    """Return the links of a `JointTree` at its start, with its forces and cut joints; see `JointTree.linked`."""
+    weigh(tree.work.weights, 1.0, constrained=0)
+    program = tree.system.program._replace(floor=np.zeros(len(tree.system.program.floor)))
+    evaluate(program, start, tree.work)
+    return ready(link_tree(tree, chart, start, tree.work))
+
+
+def moving_links(tree, chart: Chart, start) -> LinkTree:
+    """Return the same links; CompileError if a motion of them has no inertia."""
+    links, here = drawn_links(tree, chart, start), tree.start
+    links.x[:], links.v[:] = here.q, here.v
+    evaluate_links(links, tree.work, here.t)
+    if links.run[0].failed >= 0:
+        raise without_inertia(tree.tree, links, tree.model)
+    return links
