@@ -227,6 +227,61 @@ def test_closed_loops(rng):
     np.testing.assert_allclose(inverse, inverse.T, atol=1e-9 * np.abs(inverse).max())
 
 
+def four_bar() -> fmb.Model:
+    """Return a parallelogram in motion, with a spring that counts the turns of the joint that is cut."""
+    up, spin = (0, 0, np.pi / 2), (0, 0, 6.0)
+    fields = {"mass": 1.0, "radius": 0.02}
+    bodies = [
+        fmb.Ground(markers={"A": (0, 0, 0), "D": (1, 0, 0)}),
+        fmb.RigidBody.rod("crank", length=0.5, rotation=up, angular_velocity=spin, **fields),
+        fmb.RigidBody.rod("coupler", length=1.0, at=(0, 0.5, 0), velocity=(-3.0, 0, 0), **fields),
+        fmb.RigidBody.rod("rocker", length=0.5, at=(1, 0, 0), rotation=up, angular_velocity=spin, **fields),
+    ]
+    pairs = {
+        "A": ("ground.A", "crank.start"),
+        "B": ("crank.end", "coupler.start"),
+        "C": ("coupler.end", "rocker.end"),
+        "D": ("ground.D", "rocker.start"),
+    }
+    joints = [fmb.Revolute(name, markers=pair) for name, pair in pairs.items()]
+    return fmb.Model(bodies=bodies, joints=joints, forces=[fmb.TorsionSpring("s", joint="C", stiffness=1.0)])
+
+
+def test_the_time_does_not_turn_joints():
+    """Nothing in the model depends on time: a turn that no coordinate counts is the one next to the start."""
+    tree = fmb.JointTree(four_bar(), cut=("C",))
+    here = tree.start
+    now, later = (tree.accelerations(here.q, here.v, t=t) for t in (0.0, 2.3))
+    np.testing.assert_allclose(later, now, rtol=1e-12)
+
+
+def test_states_in_joint_coordinates_give_their_rates(rng):
+    """A RelativeState brings its rates and time along; bias leaves out its second rates."""
+    tree = fmb.JointTree(chain(3, forces=[fmb.PointLoad("p", marker="b2.end", force=(fmb.expression("t"), 0, 0))]))
+    q, v, a = rng.normal(size=(3, 3))
+    state = tree.relative(tree.absolute(q, v, a, 1.5))
+    np.testing.assert_allclose(tree.bias(state), tree.torques(q, v, None, 1.5), rtol=1e-10)
+    np.testing.assert_allclose(tree.torques(state), tree.torques(q, v, a, 1.5), rtol=1e-10)
+    np.testing.assert_allclose(tree.accelerations(state), tree.accelerations(q, v, None, 1.5), rtol=1e-10)
+    np.testing.assert_allclose(tree.mass_product(state, a), tree.mass_product(q, a), rtol=1e-10)
+
+
+def test_axes_and_times_that_are_none_are_named():
+    tree = fmb.JointTree(chain(2, fmb.Spherical))
+    nothing, rest = np.zeros(8), np.zeros(6)
+    for call in (tree.torques, tree.accelerations, tree.mass_product, tree.mass_solution, tree.absolute):
+        with pytest.raises(fmb.ModelError, match=r"Euler parameters from 'j0.ball_0' on are all zero"):
+            call(nothing, rest)
+    for t in (np.nan, np.inf, "now", None):
+        for call in (tree.torques, tree.accelerations, tree.absolute):
+            with pytest.raises(fmb.ModelError, match=r"t = .*\. Expected: a time in s"):
+                call(tree.start.q, rest, None, t)
+    with pytest.raises(fmb.ModelError, match=r"a or tau = \['a'.*\. Expected: real numbers"):
+        tree.mass_product(tree.start.q, ["a"] * 6)
+    twice = tree.mass_product(2.0 * tree.start.q, np.arange(6))  # their length does not matter
+    np.testing.assert_allclose(twice, tree.mass_product(tree.start.q, np.arange(6)), rtol=1e-13)
+
+
 @pytest.mark.parametrize("name", ["torques", "accelerations", "mass_product", "mass_solution", "bias"])
 def test_wrong_numbers_are_named(name):
     call = getattr(fmb.JointTree(chain(2)), name)

@@ -15,21 +15,20 @@ from flexmb.model.model import Model
 from flexmb.model.pose import as_pose
 from flexmb.model.signal import pack
 from flexmb.system import assemble_as_drawn
-from flexmb.system.branches import Followed
 from flexmb.system.given_state import given_state
 from flexmb.system.program import evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.coordinates.carriers import carriers
 from flexmb.tree.coordinates.driven import driven_coordinates
 from flexmb.tree.coordinates.joint_jacobian import write_jacobian
-from flexmb.tree.coordinates.linked import drawn_links, moving_links
-from flexmb.tree.coordinates.motions import counted_turns, describable, labels, motion_rows
+from flexmb.tree.coordinates.linked import drawn_links, moving_links, refuse_drives, timeless_chart
+from flexmb.tree.coordinates.motions import counted_turns, describable, euler_places, labels, motion_rows
 from flexmb.tree.coordinates.no_inertia import without_inertia
 from flexmb.tree.coordinates.passes import read_state
 from flexmb.tree.coordinates.products import mass_product, mass_solution, torques
 from flexmb.tree.coordinates.reach import reach
-from flexmb.tree.coordinates.relative_state import RelativeState, checked_numbers
-from flexmb.tree.coordinates.settle import Chart, new_chart, place, settle
+from flexmb.tree.coordinates.relative_state import RelativeState, checked_numbers, checked_time, require_axes
+from flexmb.tree.coordinates.settle import Chart, place, settle
 from flexmb.tree.rigid.link_tree import LinkTree
 from flexmb.tree.rigid.motion import evaluate_links
 from flexmb.tree.rigid.products import invertible
@@ -186,7 +185,7 @@ class JointTree:
             q, v, a, t = q.q, q.v, q.a, q.t
         q, v, a = self._checked(q, v, a)
         program, work = self.system.program, self.work
-        state = self.system.state(t)
+        state = self.system.state(checked_time(t))
         settle(self.rows, program, work, self._start.q, q, v, a, state)
         for at, branch in self.counted:
             state.q[program.branches + branch] = q[at]
@@ -248,7 +247,7 @@ class JointTree:
         if isinstance(q, RelativeState):
             q, v, a, t = q.q, q.v, q.a, q.t
         q, v, a = self._checked(q, v, a)
-        return torques(self, q, v, a, t)
+        return torques(self, q, v, a, checked_time(t))
 
     def accelerations(self, q: Any, v: Any = None, tau: Any = None, t: float = 0.0) -> np.ndarray:
         """Return the second rates (nv,) under the forces of the model and of joints: forward dynamics.
@@ -269,10 +268,12 @@ class JointTree:
             If the model has more than rigid and reduced bodies and forces of place and motion, or a motion has no
             inertia.
         """
+        if isinstance(q, RelativeState):
+            q, v, t = q.q, q.v, q.t
         q, v, tau = self._checked(q, v, tau)
         links = self._moved_links()
         links.x[:], links.v[:], links.tau[:] = q, v, tau
-        evaluate_links(links, self.work, t)
+        evaluate_links(links, self.work, checked_time(t))
         if links.run[0].failed >= 0:
             raise without_inertia(self.tree, links, self.model)
         return links.a.copy()
@@ -281,6 +282,8 @@ class JointTree:
         """Return the forces (nv,) that keep the rates v, zero unless given: of velocities, weight, springs, modes;
         `torques` at a = 0.
         """
+        if isinstance(q, RelativeState):
+            q, v, t = q.q, q.v, q.t
         return self.torques(q, v, None, t)
 
     def mass_product(self, q: Any, a: Any) -> np.ndarray:
@@ -305,13 +308,7 @@ class JointTree:
 
     def _moved_links(self) -> LinkTree:
         """Return the links for forward dynamics: forces move them."""
-        if self.drives:
-            raise CompileError(
-                f"Model '{self.model.name}'",
-                found=f"prescribed motions: {', '.join(self.drives)}",
-                expected="joints that forces move",
-                remedy="Leave the drives out, or use fmb.simulate",
-            )
+        refuse_drives(self)
         return self._links
 
     def linked(self, chart: Chart) -> LinkTree:
@@ -330,15 +327,14 @@ class JointTree:
         """The links for inverse dynamics, which need not have inertia; None if the model has more than they know."""
         if "_links" in vars(self):
             return invertible(self._links)
-        followed = Followed(self.system, self._start, self.work)
         try:
-            return invertible(drawn_links(self, new_chart(self, self._start.q, followed), self._start))
+            return invertible(drawn_links(self, timeless_chart(self, self._start), self._start))
         except CompileError:
             return None
 
     @cached_property
     def _links(self) -> LinkTree:
-        return self.linked(new_chart(self, self._start.q, Followed(self.system, self._start, self.work)))
+        return self.linked(timeless_chart(self, self._start))
 
     def reach(
         self,
@@ -384,7 +380,14 @@ class JointTree:
         return state
 
     def _checked(self, q, v, a):
-        return checked_numbers({"q": (q, self.names), "v": (v, self.rate_names), "a or tau": (a, self.rate_names)})
+        q = q.q if isinstance(q, RelativeState) else q
+        numbers = checked_numbers({"q": (q, self.names), "v": (v, self.rate_names), "a or tau": (a, self.rate_names)})
+        require_axes(numbers[0], self._euler, self.names)
+        return numbers
+
+    @cached_property
+    def _euler(self) -> np.ndarray:
+        return euler_places(self.rows)
 
     @cached_property
     def counted(self) -> tuple[tuple[int, int], ...]:

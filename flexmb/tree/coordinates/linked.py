@@ -4,14 +4,36 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.errors import CompileError
 from flexmb.math.weights import weigh
+from flexmb.system.branches import Followed
 from flexmb.system.program import evaluate
 from flexmb.tree.coordinates.no_inertia import without_inertia
-from flexmb.tree.coordinates.settle import Chart
+from flexmb.tree.coordinates.settle import Chart, new_chart
 from flexmb.tree.rigid.link_tree import LinkTree, link_tree
 from flexmb.tree.rigid.motion import evaluate_links, ready
 
-__all__ = ["drawn_links", "moving_links"]
+__all__ = ["drawn_links", "moving_links", "refuse_drives", "timeless_chart"]
+
+
+def timeless_chart(tree, start) -> Chart:
+    """Return the coordinates of a `JointTree` for states of any time: turns that none of them counts are those near
+    the start, whatever the time.
+    """
+    followed = Followed(tree.system, start, tree.work)
+    followed.pace[:] = 0.0
+    return new_chart(tree, start.q, followed)
+
+
+def refuse_drives(tree) -> None:
+    """Raise CompileError if motions are prescribed: forward dynamics is for joints that forces move."""
+    if tree.drives:
+        raise CompileError(
+            f"Model '{tree.model.name}'",
+            found=f"prescribed motions: {', '.join(tree.drives)}",
+            expected="joints that forces move",
+            remedy="Leave the drives out, or use fmb.simulate",
+        )
 
 
 def drawn_links(tree, chart: Chart, start) -> LinkTree:

@@ -13,7 +13,17 @@ import numpy as np
 from flexmb.constraints import Coordinate
 from flexmb.math.rotations import euler_to_matrix
 
-__all__ = ["FREE", "HINGED", "MOTION", "POINTS", "counted_turns", "describable", "labels", "motion_rows"]
+__all__ = [
+    "FREE",
+    "HINGED",
+    "MOTION",
+    "POINTS",
+    "counted_turns",
+    "describable",
+    "euler_places",
+    "labels",
+    "motion_rows",
+]
 
 HINGED, FREE, POINTS = 0, 1, 2
 """How a body is held: by a joint, a free frame, no frame at all."""
@@ -197,3 +207,10 @@ def counted_turns(system, rows) -> tuple[tuple[int, int], ...]:
         if branch in branches:
             found.append((int(row["iq"] + row["turn"]), branches[branch]))
     return tuple(found)
+
+
+def euler_places(rows) -> np.ndarray:
+    """Return the places (n, 4) of all Euler parameters among the coordinates of a tree."""
+    free, balls = rows["held"] == FREE, (rows["held"] == HINGED) & (rows["ball"] >= 0)
+    first = np.concatenate([rows["iq"][free] + 3, rows["iq"][balls] + rows["ball"][balls]])
+    return first[:, None] + np.arange(4)

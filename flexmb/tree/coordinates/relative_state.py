@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ModelError
+from flexmb.model.described import is_number
 
-__all__ = ["RelativeState", "checked_numbers"]
+__all__ = ["RelativeState", "checked_numbers", "checked_time", "require_axes"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,7 @@ def checked_numbers(given: Mapping[str, tuple[Any, tuple[str, ...]]]) -> list[np
     """
     out = []
     for name, (x, labels) in given.items():
-        x = np.zeros(len(labels)) if x is None else np.array(x, float)
+        x = np.zeros(len(labels)) if x is None else _numbers(name, x)
         if x.shape != (len(labels),):
             raise ModelError(
                 "JointTree",
@@ -63,3 +64,38 @@ def checked_numbers(given: Mapping[str, tuple[Any, tuple[str, ...]]]) -> list[np
             )
         out.append(x)
     return out
+
+
+def _numbers(name: str, given: Any) -> np.ndarray:
+    """Return an array of its own of what is given; ModelError if it is no array of real numbers."""
+    try:
+        return np.array(given, float)
+    except (TypeError, ValueError):
+        raise ModelError(
+            "JointTree",
+            found=f"{name} = {given!r:.60}",
+            expected="real numbers",
+            remedy="Give one number for each coordinate",
+        ) from None
+
+
+def checked_time(t: Any) -> float:
+    """Return a time, s; ModelError if it is no finite number."""
+    if not is_number(t) or not np.isfinite(t):
+        raise ModelError(
+            "JointTree", found=f"t = {t!r:.60}", expected="a time in s", remedy="Leave it out for the time zero"
+        )
+    return float(t)
+
+
+def require_axes(q: np.ndarray, places: np.ndarray, names: tuple[str, ...]) -> None:
+    """Raise ModelError if Euler parameters among coordinates q (nq,), at `places` (n, 4), are all zero."""
+    empty = np.flatnonzero(~np.any(q[places], axis=1))
+    if len(empty):
+        first = names[int(places[empty[0], 0])]
+        raise ModelError(
+            "JointTree",
+            found=f"the Euler parameters from '{first}' on are all zero",
+            expected="four numbers that tell axes: (1, 0, 0, 0) does not turn",
+            remedy="Begin with tree.start.q",
+        )
