@@ -19,7 +19,7 @@ def driven_coordinates(system, tree, rows, names) -> tuple[dict[str, Any], dict[
         Of its bodies.
     names : names of all coordinates
     """
-    carried = {joint: rows[tree.order.index(body)] for body, joint in tree.joints.items()}
+    carried = {tree.joints[body]: row for body, row in zip(tree.order, rows, strict=True) if body in tree.joints}
     drives, signals = {}, {}
     for drive in system.joints:
         if not drive.prescribes or drive.joint not in carried:
