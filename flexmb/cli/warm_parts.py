@@ -124,8 +124,12 @@ def driven() -> fmb.Solution:
 
 
 def torques() -> np.ndarray:
-    """Return the force that a slider needs for a motion."""
-    return fmb.JointTree(_slider()).torques([0.1], [0.2], [0.3])
+    """Return the force that a slider needs for a motion; products and the Jacobian are asked for as well."""
+    tree, q, v = fmb.JointTree(_slider()), [0.1], [0.2]
+    tree.mass_solution(q, tree.mass_product(q, v))
+    tree.jacobian("cart.center", q)
+    tree.marker_acceleration("cart.center", q, v)
+    return tree.torques(q, v, [0.3])
 
 
 def _slider(*parts) -> fmb.Model:
