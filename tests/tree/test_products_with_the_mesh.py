@@ -68,3 +68,34 @@ def test_products_of_two_hinged_beams(beam):
     np.testing.assert_allclose(tree.bias(q, 0.0 * v), -weight, atol=1e-12 * np.abs(weight).max())
     solved = np.linalg.solve(M, v)
     np.testing.assert_allclose(tree.mass_solution(q, v), solved, atol=1e-10 * np.abs(solved).max())
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
+def test_units_do_not_matter(beam, scale, rng):
+    """A body `scale` times as long and slow, scale^3 times as heavy: forces and motions have the powers they must."""
+
+    def tree(data, length):
+        bodies = [fmb.FloatingBody(f"b{k}", data=data, at=(k * LENGTH * length, 0, 0)) for k in range(3)]
+        ends = ["ground.origin", *(f"b{k}.tip" for k in range(3))]
+        kinds = (fmb.Revolute, fmb.Spherical, fmb.Cylindrical)
+        joints = [kinds[k](f"j{k}", markers=(ends[k], f"b{k}.root")) for k in range(3)]
+        return fmb.JointTree(fmb.Model(bodies=[fmb.Ground(), *bodies], joints=joints))
+
+    one, other = tree(beam[1], 1.0), tree(beam[1].rescaled(length=scale, mass=scale**3, time=scale), scale)
+
+    def lengths(names):
+        return np.array([scale if ".mode_" in name or ".slide" in name else 1.0 for name in names])
+
+    small = np.where(np.array([".mode_" in name for name in one.rate_names]), 1e-3, 1.0)
+    q = one.start.q + np.where(lengths(one.names) == 1.0, 0.3, 1e-3) * rng.normal(size=len(one.names))
+    v, a = small * rng.normal(size=(2, len(small)))
+    at, length = q * lengths(one.names), lengths(one.rate_names)
+    motions, forces = length / scale**2, scale**3 / length  # m L^2 / T^2 = scale^3 at an angle
+    rate, second = v * length / scale, a * motions
+    product = one.mass_product(q, a)
+    for found, expected in (
+        (other.torques(at, rate, second) / forces, one.torques(q, v, a)),
+        (other.mass_product(at, second) / forces, product),
+        (other.mass_solution(at, product * forces) / motions, one.mass_solution(q, product)),
+    ):
+        np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-11 * np.abs(expected).max())
