@@ -6,6 +6,7 @@ import numpy as np
 
 from flexmb.errors import CompileError
 from flexmb.math.weights import weigh_mass
+from flexmb.system.lengths import OFF, from_own_axes
 from flexmb.system.mobility import constraint_matrix, mass_diagonal
 from flexmb.system.observe import observe
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
@@ -323,6 +324,15 @@ def without_inertia(system: System, state, work, unknown: int) -> CompileError:
     ]
     if not about:
         about = [f"its {'xyz'[(unknown - first) % 3]}-axis"]
+    away, size = from_own_axes(body)
+    if away > OFF * size:
+        return CompileError(
+            body.title,
+            found=f"the equations of motion are singular: it is {away:.3g} m from its own axes, {away / size:.2g} "
+            f"times its size, and the digits of its inertia about {' and '.join(about)} are lost",
+            expected="axes near the body",
+            remedy="Move its data, data.translated(...), and the body back to its place, at=...",
+        )
     return CompileError(
         body.title,
         found=f"the equations of motion are singular: no inertia about {' and '.join(about)}",

@@ -22,10 +22,12 @@ from flexmb.math.rotations import euler_to_matrix
 from flexmb.told import tell
 
 __all__ = [
+    "OFF",
     "ROUNDED",
     "Lengths",
     "described_lengths",
     "displacements",
+    "from_own_axes",
     "require_places",
     "unit_lengths",
     "velocity_units",
@@ -42,6 +44,8 @@ LOST = 1e-9
 """Rounding of positions, relative to the length of their assembly, from which it is said."""
 
 
+OFF = 100.0
+"""Distance of an elastic body from the origin of its own axes, relative to its size, from which it is said."""
 FARTHEST = 1e60
 """Largest coordinate, m: powers of it are still finite."""
 
@@ -272,8 +276,26 @@ def _diameter(r: np.ndarray) -> float:
     return largest
 
 
+def from_own_axes(body) -> tuple[float, float]:
+    """Return how far an elastic body with a frame is from the origin of its axes, and its size, m; 0, 0 of others."""
+    if not (body.has_frame and body.n_vector):
+        return 0.0, 0.0
+    least, most = body.bounds()
+    return float(np.linalg.norm(0.5 * (least + most))), float(np.linalg.norm(most - least))
+
+
 def warn_of_lost_digits(model, lengths: Lengths) -> None:
-    """Warn of an assembly so far from the origin of W that the digits of its positions are few beside its length."""
+    """Warn of an assembly so far from the origin of W that the digits of its positions are few beside its length, and
+    of an elastic body that far from its own axes.
+    """
+    for body in model.bodies:
+        away, size = from_own_axes(body)
+        if away > OFF * size:
+            tell(
+                f"{body.title} is {away:.3g} m from its own axes, {away / size:.2g} times its size: its velocities and "
+                "moments of inertia, which refer to them, have fewer digits, and so have reactions. Put its axes near "
+                "it: data.translated(...) moves the data, and at= the body back to its place"
+            )
     moving = [k for k, body in enumerate(model.bodies) if body.n_velocities]
     eps = np.finfo(float).eps
     lost = {k: eps * lengths.coordinates[k] / lengths.bodies[k] for k in moving}

@@ -48,13 +48,15 @@ class _Modal:
 def _check(tree, modal: _Modal) -> None:
     """Raise CompileError for what the algorithm in link axes does not know."""
     for name, row in zip(tree.tree.order, tree.rows, strict=True):
-        found = "it has no frame" if row["held"] == POINTS else ""
+        is_body = name in tree.system.body_slices
+        title = f"Body '{name}'" if is_body else name  # what has states is in the tree by its title
+        found = ("it has no frame" if is_body else "states of its own") if row["held"] == POINTS else ""
         if row["modes"] and not found and modal.of(tree.model.body(name))[0] is None:
             found = f"{row['modes']} modes, of which it does not tell what a link has to know"
         if found:
             joint = f" (joint '{tree.tree.joints[name]}')" if name in tree.tree.joints else ""
             raise CompileError(
-                f"Body '{name}'{joint}",
+                f"{title}{joint}",
                 found=found,
                 expected="rigid bodies with a frame, and reduced ones in space",
                 remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every tree",
