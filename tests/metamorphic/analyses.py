@@ -17,6 +17,15 @@ TIGHT = 1e-8
 SLOW = 1e-3
 """m/s, a thousandth of what gravity gives in that time: speeds of a mechanism that is held are rounding."""
 
+
+def _absolute(s: Seen) -> float | None:
+    """Return the absolute tolerance of rates that are small because their unit of time is long; else the usual one.
+
+    1e-10 m of a stiff shape is a force that counts.
+    """
+    return None if s.time <= 1.0 else 1e-10 * min(1.0, s.length) / s.time
+
+
 INTEGRATORS = {
     "steps": lambda s: fmb.GeneralizedAlpha(step=STEP * s.time),
     "GeneralizedAlpha": lambda s: fmb.GeneralizedAlpha(rtol=1e-7),
@@ -26,7 +35,7 @@ INTEGRATORS = {
     "Implicit": lambda s: fmb.Implicit(rtol=1e-6),
     "elastic": lambda s: fmb.GeneralizedAlpha(rtol=1e-7),
     "stiff": lambda s: fmb.Implicit(rtol=1e-7),
-    "Recursive": lambda s: fmb.Explicit(rtol=TIGHT, formulation=fmb.Recursive()),
+    "Recursive": lambda s: fmb.Explicit(rtol=TIGHT, atol=_absolute(s), formulation=fmb.Recursive()),
 }
 FORMULATIONS = {
     "Augmented": fmb.Augmented,
