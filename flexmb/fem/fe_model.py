@@ -82,12 +82,15 @@ class Condensed:
         Where parts are held within, in freedoms of the whole, and the node with their motion.
     places : (k,)
         Nodes that move with interfaces of parts, and of parts of parts: no element has them.
+    reach : mapping of name to float, Hz, or None
+        Up to which frequency the basis of each part holds; None where it is not known.
     """
 
     whole: Any
     fields: np.ndarray
     couplings: tuple[Any, ...] = ()
     places: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+    reach: Mapping[str, float | None] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

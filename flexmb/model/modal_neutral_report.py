@@ -135,9 +135,16 @@ def _frequencies(q: dict[str, Any]) -> list[str]:
         if row["error"] > 0.01:
             break
         good = row["full"]
+    parts = q["model"].get("parts", {}) if "model" in q else {}
+    known = ", ".join(f"{name} {'unknown' if f is None else f'{f:.4g} Hz'}" for name, f in parts.items())
     return [
         f"Free-free frequencies (within 1 % up to {good:.4g} Hz, {_basis(q)})",
-        f"  {'mode':>4} {'full model Hz':>14} {'reduced Hz':>14} {'error':>12}",
+        *(
+            [f"  compared with the joined parts, not with the whole mesh; their bases hold up to: {known}"]
+            if parts
+            else []
+        ),
+        f"  {'mode':>4} {'joined Hz' if parts else 'full model Hz':>14} {'reduced Hz':>14} {'error':>12}",
         *rows,
     ]
 
@@ -153,10 +160,16 @@ def _transfer(q: dict[str, Any]) -> list[str]:
     if "transfer" not in q:
         return []
     t = q["transfer"]
+    error, response = (np.array(t[name]) for name in ("error", "response"))
+    share = np.where(response > 0.0, error / np.where(response > 0.0, response, 1.0), np.inf)
+    there, largest = int(np.argmax(share)), int(np.argmax(response))
     return [
         "",
         f"Response to loads up to {t['frequencies'][-1]:.4g} Hz with {100 * t['damping']:.3g} % damping",
         f"  error           at most {t['relative']:.2e} of the largest response, at {t['worst']:.4g} Hz",
+        f"  response        largest at {t['frequencies'][largest]:.4g} Hz; the error is at most "
+        f"{min(100.0 * share[there], 999.0):.3g} % of the response at the same frequency, at "
+        f"{t['frequencies'][there]:.4g} Hz",
     ]
 
 

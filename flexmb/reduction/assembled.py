@@ -24,6 +24,10 @@ APART = 1e-6
 """How far joined interfaces may lie apart, relative to the size of the whole."""
 INDEPENDENT = 1e-8
 """Smallest singular value, relative to the largest, of interface motions that are independent."""
+SMALL, RIGHT = 0.05, 0.01
+"""Bound of a part's response and error of its frequencies that say its basis holds."""
+BELOW = 0.5
+"""Share of the first frequency that a part does not have up to which it holds."""
 ALIKE = 1e-3
 """Relative difference of masses and stiffnesses from which on data belong to other elements."""
 
@@ -95,7 +99,9 @@ def assembled(
         C=sparse.csr_matrix(C) if C.any() else None,
         expansion=sparse.csr_matrix(expansion),
         node_sets={**whole.node_sets, **{key: np.array([number]) for key, number in node.items()}},
-        condensed=Condensed(whole, stacked_fields, couplings, np.array(held)),
+        condensed=Condensed(
+            whole, stacked_fields, couplings, np.array(held), {key: _reach(*part) for key, part in parts.items()}
+        ),
     )
 
 
@@ -121,6 +127,26 @@ class _Piece:
     places: np.ndarray
     motions: np.ndarray
     within: tuple[tuple[Coupling, int], ...]
+
+
+def _reach(fe: FEModel, data: ModalNeutralData) -> float | None:
+    """Return the frequency, Hz, up to which the basis of a part holds, as far as its report tells.
+
+    The band of its bound, if this is small; else up to where its free-free frequencies are right.
+    """
+    quality, own = data.quality, None
+    rows = quality.get("frequencies", [])
+    if "transfer" in quality and quality["transfer"]["relative"] <= SMALL:
+        own = quality["transfer"]["frequencies"][-1]
+    elif rows:
+        wrong = [row["full"] for row in rows if row["error"] > RIGHT]
+        kept = quality["fixed_interface_frequencies"][-1:]
+        own = BELOW * wrong[0] if wrong else max(rows[-1]["full"], *(BELOW * f for f in kept), 0.0)
+    elif quality.get("basis") == "CraigBampton()":
+        own = BELOW * max(quality["fixed_interface_frequencies"], default=0.0)
+    inner = [] if fe.condensed is None else [own, *fe.condensed.reach.values()]
+    known = [one for one in inner if one is not None]
+    return min(known) if known else own
 
 
 def _elements(fe: FEModel) -> FEModel:

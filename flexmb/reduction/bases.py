@@ -81,7 +81,9 @@ class Rubin(metaclass=Described):
     def vectors(self, framed: FramedBody, modes: int) -> np.ndarray:
         """Return the modes and the responses, (ndof, modes + inputs)."""
         free = _enough(framed, framed.modes(modes).vectors, modes)
-        return orthonormal_blocks(framed.body.fe.M, [free, framed.solve(framed.excitation)])
+        M, loads = framed.body.fe.M, framed.excitation
+        # what modes answer is taken from the loads: a soft mode would hide in its response all that is stiff
+        return orthonormal_blocks(M, [free, framed.solve(loads - M @ (free @ (free.T @ loads)))])
 
     def most(self, framed: FramedBody, modes: int) -> int:
         return len(framed.modes(modes).w2)
@@ -249,6 +251,7 @@ class CharacteristicModes(metaclass=Described):
     def vectors(self, framed: FramedBody, modes: int) -> np.ndarray:
         """Return interface shapes and fixed-interface modes, (ndof, interface_modes + modes)."""
         body, M = framed.body, framed.body.fe.M
+        body.check_hinges()
         psi = body.constraint_modes
         free = psi @ _admissible(framed)
         K, mass = free.T @ (body.fe.K @ free), free.T @ (M @ free)

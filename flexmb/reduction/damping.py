@@ -12,7 +12,14 @@ from flexmb.model.described import Described, is_number
 from flexmb.model.plausibility import damping_doubts
 from flexmb.told import tell
 
-__all__ = ["Bands", "Rayleigh", "damping_ratios", "one_ratio"]
+__all__ = ["Bands", "Rayleigh", "coupled_by_dampers", "damping_ratios", "one_ratio"]
+
+LOWEST = 6
+"""Modes that are looked at for what dampers couple them to."""
+COUPLED = 0.1
+"""Coupling by dampers above which modes by themselves answer otherwise, by about that share."""
+ALIKE = 1e-3
+"""Relative distance of squared frequencies below which modes count as a pair."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +101,26 @@ def one_ratio(damping: Any, w2: np.ndarray) -> float | None:
     except (TypeError, ValueError, OverflowError):
         return None  # refused where the modes are known
     return float(ratios.min()) if ratios.ndim == 1 and ratios.size and np.all(ratios >= 0.0) else None
+
+
+def coupled_by_dampers(damping: np.ndarray, w2: np.ndarray) -> str:
+    """Return a warning where discrete dampers couple modes, whose damping is of each by itself; "" where they do not.
+
+    The coupling of modes i and j is ``|D_ij| w / |w_i2 - w_j2|`` (Hasselman 1976), D being ``phi^T C phi``, (m, m).
+    """
+    few = min(LOWEST, len(w2))
+    higher = np.maximum(w2[:few, None], w2)
+    apart = np.abs(w2[:few, None] - w2) + ALIKE * higher
+    coupling = np.abs(damping[:few]) * np.sqrt(higher) / np.where(apart > 0.0, apart, 1.0)
+    coupling[np.arange(few), np.arange(few)] = 0.0
+    if coupling.max(initial=0.0) <= COUPLED:
+        return ""
+    i, j = sorted(int(n) + 1 for n in np.unravel_index(int(coupling.argmax()), coupling.shape))
+    return (
+        f"Discrete dampers of the FE model couple modes {i} and {j} by {coupling.max():.2g}, but damp each mode by "
+        "itself in the reduced body: near the dampers the motion is wrong by some such share. Take them out of the FE "
+        "model, make their ends interfaces, and put a SpringDamper between them."
+    )
 
 
 def _by_frequency(damping: Rayleigh | Bands, w: np.ndarray) -> np.ndarray:

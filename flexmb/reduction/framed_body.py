@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from flexmb.errors import ReductionError
 from flexmb.math.lanczos import lowest_modes
 from flexmb.reduction.basis import NormalModes
 from flexmb.reduction.markers import MarkerMotion
@@ -19,6 +20,8 @@ __all__ = ["FramedBody"]
 
 _CLEAR = 2.0  # the modes that are known reach this many times beyond the frequency of a response
 _ROUNDS = 16  # of Chebyshev's iteration: spectrum in [3/4, 1], so each gains more than a digit
+MOST_KNOWN = 1000
+"""Modes up to a frequency from which it is called out of reach: they cost more time and memory than the part itself."""
 _NEAR = 1e-6  # relative distance of a squared frequency from a mode's below which the mode itself is the response
 
 
@@ -135,7 +138,15 @@ class FramedBody:
         """Return the modes up to the first one above w2, 1/s2, with this one; all where none is."""
         count = max(8, len(self._modes.w2))
         while True:
-            modes = self.modes(count)
+            modes = self.modes(min(count, MOST_KNOWN))
+            if len(modes.w2) == MOST_KNOWN < count and modes.w2[-1] <= w2:
+                raise ReductionError(
+                    f"FE model '{self.body.fe.name}'",
+                    found=f"more than {MOST_KNOWN} elastic modes below {np.sqrt(w2) / (2.0 * np.pi):.4g} Hz, and "
+                    f"{int(np.sum(modes.w2 <= 0.01 * w2))} below a tenth of it",
+                    expected="fewer modes up to twice the frequency that is asked for",
+                    remedy="Ask for a lower frequency; frequencies are in Hz",
+                )
             beyond = np.flatnonzero(modes.w2 > w2)
             if len(beyond):
                 return self.modes(int(beyond[0]) + 1)

@@ -46,6 +46,7 @@ def quality_numbers(
             "nodes": len(fe.nodes),
             "freedoms": fe.ndof,
             "factor_entries": int(body.nnz),
+            **({} if fe.condensed is None else {"parts": dict(fe.condensed.reach)}),
         },
         "interfaces": [_interface(body.fe, c) for c in body.couplings],
         "basis": chosen.words,
@@ -67,7 +68,7 @@ def quality_numbers(
     if fe.source:
         numbers["source"] = dict(fe.source)
     own = _warnings(body, numbers, band) if chosen.within is None else _of_spanned(body, reduced, numbers)
-    own += _of_response(numbers)
+    own += _of_response(numbers) + _of_parts(numbers, band)
     found = [*fe.warnings, *own, *_of_model(body, numbers), *_far_stations(body, stations)]
     return {**numbers, "warnings": found}
 
@@ -151,7 +152,21 @@ def _of_response(numbers: dict[str, Any]) -> list[str]:
         return []
     return [
         f"The response to loads up to {told['frequencies'][-1]:.4g} Hz may be off by {100.0 * told['relative']:.3g} % "
-        f"of the largest, at {told['worst']:.4g} Hz. Take more modes, or join loads by residual_vectors."
+        f"of the largest, at {told['worst']:.4g} Hz. Take more modes, or write modes='up to "
+        f"{told['frequencies'][-1]:.4g} Hz within 1 %'; loads beside interfaces join by residual_vectors."
+    ]
+
+
+def _of_parts(numbers: dict[str, Any], band: float) -> list[str]:
+    """Say where a band was asked for that the parts of an assembly do not hold: nothing here compares with the mesh."""
+    asked = numbers["transfer"]["frequencies"][-1] if "transfer" in numbers else band
+    short = {name: f for name, f in numbers["model"].get("parts", {}).items() if f is not None and f < asked}
+    if not short or not np.isfinite(asked):
+        return []
+    reach = ", ".join(f"{name} up to {f:.3g} Hz" for name, f in short.items())
+    return [
+        f"The bases of parts hold {reach}: what is said up to {asked:.4g} Hz compares with the joined parts, not with "
+        f"the whole mesh. Reduce these parts again with modes='up to {asked:.4g} Hz within 1 %'."
     ]
 
 

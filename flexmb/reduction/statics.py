@@ -8,10 +8,11 @@ Averaging interfaces and bodies that the interfaces do not hold enter through a 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import lu_factor, lu_solve, qr
+from scipy.linalg import cho_factor, cho_solve, eigh, lu_factor, lu_solve, qr
 
 from flexmb.fem.fe_model import FEModel
 from flexmb.math.factor import Backend, NotPositiveDefinite, factor
@@ -19,6 +20,9 @@ from flexmb.reduction.checks import check_connected, check_grounding, check_mass
 from flexmb.reduction.interfaces import Coupling, independent_columns, rigid_block
 
 __all__ = ["HeldBody"]
+
+HINGE = 1e-14
+"""Strain energy of interface motions, relative to the largest, that is rounding."""
 
 
 class HeldBody:
@@ -55,6 +59,7 @@ class HeldBody:
         self._choose_supports()
         self._factorise(backend)
         self._constraint_modes()
+        self._factors: dict[tuple[int, ...], Any] = {}
 
     # --- setting up ------------------------------------------------------------------------------------------------
 
@@ -219,10 +224,33 @@ class HeldBody:
         out = self.solve(forces)
         if len(free):
             scale = self.coordinate_scale()[free]
-            stiffness = self.condensed[np.ix_(free, free)] / np.outer(scale, scale)
             load = (self.constraint_modes[:, free].T @ forces) / scale[:, None]
-            out += self.constraint_modes[:, free] @ (np.linalg.solve(stiffness, load) / scale[:, None])
+            factor = self._supported(tuple(support.tolist()), free, scale)
+            out += self.constraint_modes[:, free] @ (cho_solve(factor, load) / scale[:, None])
         return out
+
+    def _supported(self, support: tuple[int, ...], free: np.ndarray, scale: np.ndarray):
+        """Return the factor of the scaled stiffness of the free coordinates; ReductionError where they form a hinge."""
+        if support not in self._factors:
+            stiffness = self.condensed[np.ix_(free, free)] / np.outer(scale, scale)
+            unit = np.sqrt(np.maximum(np.diag(stiffness), 0.0))
+            unit[unit == 0.0] = 1.0
+            energy, y = eigh(stiffness / np.outer(unit, unit))
+            if energy[0] < HINGE * energy[-1]:
+                shape = self.constraint_modes[:, free] @ (y[:, 0] / unit / scale)
+                raise mechanism(
+                    self.fe,
+                    int(np.abs(shape).argmax()),
+                    "the interfaces move against each other without strain energy "
+                    f"(relative {energy[0] / energy[-1]:.0e})",
+                    held=False,
+                )
+            self._factors[support] = cho_factor(stiffness)
+        return self._factors[support]
+
+    def check_hinges(self) -> None:
+        """Raise ReductionError where interfaces move against each other without strain energy."""
+        self.solve_supported(np.zeros((self.fe.ndof, 0)))
 
     def determinate_support(self) -> np.ndarray:
         """Return as many interface coordinates as there are rigid motions, chosen to hold them best."""
