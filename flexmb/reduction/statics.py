@@ -223,14 +223,16 @@ class HeldBody:
         free = np.setdiff1d(np.arange(self.nq), support)
         out = self.solve(forces)
         if len(free):
-            scale = self.coordinate_scale()[free]
-            load = (self.constraint_modes[:, free].T @ forces) / scale[:, None]
-            factor = self._supported(tuple(support.tolist()), free, scale)
-            out += self.constraint_modes[:, free] @ (cho_solve(factor, load) / scale[:, None])
+            scale = self.coordinate_scale()[free, None]
+            load = (self.constraint_modes[:, free].T @ forces) / scale
+            out += self.constraint_modes[:, free] @ (cho_solve(self._supported(support), load) / scale)
         return out
 
-    def _supported(self, support: tuple[int, ...], free: np.ndarray, scale: np.ndarray):
-        """Return the factor of the scaled stiffness of the free coordinates; ReductionError where they form a hinge."""
+    def _supported(self, held: np.ndarray):
+        """Return the factor of the scaled stiffness of coordinates that are not held; ReductionError for a hinge."""
+        support = tuple(held.tolist())
+        free = np.setdiff1d(np.arange(self.nq), held)
+        scale = self.coordinate_scale()[free]
         if support not in self._factors:
             stiffness = self.condensed[np.ix_(free, free)] / np.outer(scale, scale)
             unit = np.sqrt(np.maximum(np.diag(stiffness), 0.0))
@@ -250,7 +252,9 @@ class HeldBody:
 
     def check_hinges(self) -> None:
         """Raise ReductionError where interfaces move against each other without strain energy."""
-        self.solve_supported(np.zeros((self.fe.ndof, 0)))
+        support = self.determinate_support()
+        if len(support) < self.nq:
+            self._supported(support)
 
     def determinate_support(self) -> np.ndarray:
         """Return as many interface coordinates as there are rigid motions, chosen to hold them best."""

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from reduction.solids import STEEL
+from reduction.solids import STEEL, block
 from scipy import sparse
 
 from flexmb import fem, reduction
@@ -86,3 +86,12 @@ def test_the_report_says_where_the_response_is_largest_and_how_far_off_it_is_els
     line = next(line for line in data.report().splitlines() if line.startswith("  response "))
     assert f"largest at {told['frequencies'][int(response.argmax())]:.4g} Hz" in line
     assert f"at most {100.0 * (error / response).max():.3g} % of the response at the same frequency" in line
+
+
+@pytest.mark.parametrize("basis", ["CraigBampton", "Rubin", "CharacteristicModes"])
+def test_a_solid_that_nothing_loads_has_its_free_modes(basis):
+    """The elimination of a mesh is asked for no response at all."""
+    solid = block((0.4, 0.06, 0.04), (12, 3, 2))
+    free = fem.eigenmodes(solid, n=10).frequencies[6:]
+    data = reduction.reduce(solid, {}, 4, basis=basis, compare=0, stress=False)
+    assert data.frequencies == pytest.approx(free, rel=1e-6)
