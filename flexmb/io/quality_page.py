@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb.io.page_files import write_page
 from flexmb.io.web_page import page, percent, table, vector
+from flexmb.model.modal_neutral_report import basis_words, beside_words, response_lines, wandering_lines
 from flexmb.model.mode_table import mode_table
 
 __all__ = ["report_numbers", "source_section", "write_report"]
@@ -58,7 +59,7 @@ def _page(data, picture) -> str:
     q = data.quality
     parts = [f"<h1>{escape(data.name)}</h1>", _summary(data)]
     if q:
-        parts += [_warnings(q), _frequencies(q)]
+        parts += [_warnings(q), _frequencies(q), _told(data, q)]
     parts += [_coordinates(data)]
     if q:
         parts += [_interfaces(data, q), _mass(data, q), _effective_mass(q), source_section(q.get("source", {}))]
@@ -100,22 +101,23 @@ def _frequencies(q) -> str:
         error = f'<span class="{grade}">{100.0 * row["error"]:.3g} %</span>'
         rows.append([str(number), f"{row['full']:.6g}", f"{row['reduced']:.6g}", error])
     titles = [("mode", False), ("full model Hz", False), ("reduced Hz", False), ("error", False)]
+    beside = f'<p class="note">{escape(_sentence(beside_words(q)))}.</p>' if beside_words(q) else ""
     return (
-        f"<h2>Free-free frequencies</h2><p>{q['normal_modes']} fixed-interface modes; static error at the interfaces "
-        f"{q['static_error']:.1e}</p>" + table(titles, rows) + _response(q)
+        f"<h2>Free-free frequencies</h2><p>{escape(_sentence(basis_words(q)))}; static error at the interfaces "
+        f"{q['static_error']:.1e}</p>{beside}" + table(titles, rows)
     )
 
 
-def _response(q) -> str:
-    """Return the basis, and the bound of the response's error where there is one."""
-    text = f"<p>Basis: {escape(q.get('basis', 'CraigBampton()'))}</p>"
-    if "transfer" not in q:
-        return text
-    t = q["transfer"]
-    return text + (
-        f"<p>Response to loads up to {t['frequencies'][-1]:.4g} Hz with {100.0 * t['damping']:.3g} % damping: error "
-        f"at most {t['relative']:.2e} of the largest response, at {t['worst']:.4g} Hz</p>"
-    )
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _told(data, q) -> str:
+    """Return the bound of the response's error and what is missing under loads that move, where they are known."""
+    found = []
+    for title, *lines in filter(None, (response_lines(q)[1:], wandering_lines(data, q)[1:])):
+        found += [f"<h2>{escape(title)}</h2>", *(f"<p>{escape(' '.join(line.split()))}</p>" for line in lines)]
+    return "".join(found)
 
 
 def _coordinates(data) -> str:

@@ -10,7 +10,7 @@ from flexmb.errors import DataFileError
 from flexmb.model.modal_arrays import ModalArrays
 from flexmb.model.mode_table import mode_table
 
-__all__ = ["Quality", "report"]
+__all__ = ["Quality", "basis_words", "beside_words", "report", "response_lines", "wandering_lines"]
 
 
 class Quality(dict):
@@ -56,8 +56,8 @@ def _report(data: ModalArrays) -> str:
             *_interfaces(q),
             "",
             *_frequencies(q),
-            *_transfer(q),
-            *_wandering(data, q),
+            *response_lines(q),
+            *wandering_lines(data, q),
             "",
             *_effective_mass(q),
             "",
@@ -135,27 +135,32 @@ def _frequencies(q: dict[str, Any]) -> list[str]:
         if row["error"] > 0.01:
             break
         good = row["full"]
-    parts = q["model"].get("parts", {}) if "model" in q else {}
-    known = ", ".join(f"{name} {'unknown' if f is None else f'{f:.4g} Hz'}" for name, f in parts.items())
+    beside = beside_words(q)
     return [
-        f"Free-free frequencies (within 1 % up to {good:.4g} Hz, {_basis(q)})",
-        *(
-            [f"  compared with the joined parts, not with the whole mesh; their bases hold up to: {known}"]
-            if parts
-            else []
-        ),
-        f"  {'mode':>4} {'joined Hz' if parts else 'full model Hz':>14} {'reduced Hz':>14} {'error':>12}",
+        f"Free-free frequencies (within 1 % up to {good:.4g} Hz, {basis_words(q)})",
+        *([f"  {beside}"] if beside else []),
+        f"  {'mode':>4} {'joined Hz' if beside else 'full model Hz':>14} {'reduced Hz':>14} {'error':>12}",
         *rows,
     ]
 
 
-def _basis(q: dict[str, Any]) -> str:
+def beside_words(q: dict[str, Any]) -> str:
+    """Return what is compared with, where it is not the whole mesh, and what is known of it."""
+    parts = q.get("model", {}).get("parts", {})
+    known = ", ".join(f"{name} {'unknown' if f is None else f'{f:.4g} Hz'}" for name, f in parts.items())
+    return f"compared with the joined parts, not with the whole mesh; their bases hold up to: {known}" if parts else ""
+
+
+def basis_words(q: dict[str, Any]) -> str:
     """Return words for the basis; data of older releases do not name it."""
     name = q.get("basis", "CraigBampton()")
-    return f"{q['normal_modes']} fixed-interface modes" if name == "CraigBampton()" else f"basis {name}"
+    if name != "CraigBampton()":
+        return f"basis {name}"
+    joined = q.get("joined_shapes", 0)
+    return f"{q['normal_modes'] - joined} fixed-interface modes" + (f" and {joined} shapes of loads" if joined else "")
 
 
-def _transfer(q: dict[str, Any]) -> list[str]:
+def response_lines(q: dict[str, Any]) -> list[str]:
     """Say how far the response to loads is off, where it was bounded."""
     if "transfer" not in q:
         return []
@@ -173,7 +178,7 @@ def _transfer(q: dict[str, Any]) -> list[str]:
     ]
 
 
-def _wandering(data: ModalArrays, q: dict[str, Any]) -> list[str]:
+def wandering_lines(data: ModalArrays, q: dict[str, Any]) -> list[str]:
     """Say where loads move or press, and what of the deflection under them is missing; older data do not know."""
     rows = []
     for name, track in q.get("tracks", {}).items():

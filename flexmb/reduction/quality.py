@@ -20,6 +20,7 @@ from flexmb.told import tell
 __all__ = ["quality_numbers"]
 
 _POOR = 0.05  # relative frequency error that deserves a warning
+ABOVE = 1.01  # times a frequency that is to be met: three digits of it may lie below
 _HEAVIEST = 25e3  # kg/m3; osmium has 22.6e3
 _FASTEST = 20e3  # m/s; diamond has 18e3
 
@@ -51,6 +52,7 @@ def quality_numbers(
         "interfaces": [_interface(body.fe, c) for c in body.couplings],
         "basis": chosen.words,
         "normal_modes": len(normal.w2),
+        "joined_shapes": len(normal.w2) - len(chosen.before()[0].w2) if chosen.within is None else 0,
         "fixed_interface_frequencies": (np.sqrt(normal.w2) / (2.0 * np.pi)).tolist(),
         "mass": _mass(body),
         "rigid_modes": {
@@ -104,9 +106,10 @@ def _warnings(body: HeldBody, numbers: dict[str, Any], band: float) -> list[str]
     poor = [n for n, row in enumerate(numbers["frequencies"]) if row["error"] > _POOR and row["full"] <= band]
     if poor:
         row = numbers["frequencies"][poor[0]]
+        asked = f"up to {ABOVE * row['full']:.3g} Hz within 1 % of the frequencies"
         found.append(
             f"The reduced frequency {poor[0] + 1} ({row['reduced']:.4g} Hz) is {100 * row['error']:.1f} % above "
-            f"the full model. Take more modes, or modes='up to {row['full']:.3g} Hz within 1 % of the frequencies'."
+            f"the full model. Take more modes, or modes='{asked}'."
         )
     if numbers["static_error"] > 1e-6:
         found.append(

@@ -294,5 +294,6 @@ def _remedy(quality: dict[str, Any], share: float, frequency: float, limit: floa
     if "matrix" not in quality["transfer"]:
         return "The shares of its forces are added by size, an upper bound: compare with a run of more modes"
     # it falls with the fourth power of the first frequency that is left out, and not all modes are of the right kind
-    more = int(np.ceil((quality["normal_modes"] + 1) * (share / within) ** 0.5)) + 1
+    own = quality["normal_modes"] - quality.get("joined_shapes", 0)
+    more = int(np.ceil((own + 1) * (share / within) ** 0.5)) + 1
     return f"Reduce again with {more} modes"

@@ -62,6 +62,23 @@ def test_page_has_every_coordinate(data, tmp_path):
     assert "None." in found.text
 
 
+def test_page_says_what_the_text_says(tmp_path):
+    """Basis, shapes of loads, bound of the response and what is missing under loads that move."""
+    loads = {"rail": reduction.Track("edge"), "push": {0: (0.0, 1.0, 0.0)}}
+    given = {"loads": loads, "residual_vectors": ["push"], "error_up_to": 2000.0, "stress": False}
+    for basis, words in (("CraigBampton", "2 fixed-interface modes and 3 shapes of loads"), ("Rubin", "Basis Rubin()")):
+        body = reduction.reduce(block(), {"a": "right"}, 2, basis=basis, **given)
+        path, _ = write_report(body, tmp_path / f"{basis}.html", picture=None)
+        text = " ".join(Page(path.read_text(encoding="utf-8")).text)
+        assert words in text
+        for line in body.report().splitlines():
+            if line.startswith(("Response to loads", "  error ", "  response ", "Loads that move", "  rail ")):
+                assert " ".join(line.split()) in text
+        assert "  rail " in body.report()
+    joined = body.quality["tracks"]["rail"]["shapes"]
+    assert joined == 2
+
+
 def test_numbers(data, tmp_path):
     _, path = write_report(data, tmp_path / "block")
     numbers = json.loads(path.read_text())
