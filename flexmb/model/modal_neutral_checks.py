@@ -13,6 +13,7 @@ import numpy as np
 
 from flexmb.errors import DataFileError, ModelError
 from flexmb.model.modal_arrays import ModalArrays
+from flexmb.model.mode_table import left_out_compliance
 
 __all__ = ["check_modes", "check_shapes", "checked", "selected_quality"]
 
@@ -171,10 +172,24 @@ def selected_quality(data: ModalArrays, modes: np.ndarray) -> dict[str, Any]:
         )
     if not data.quality:
         return data.quality
-    # the bound of the response's error holds for all shapes together
-    left_out = () if len(np.unique(modes)) == len(rows) else ("transfer",)
-    kept = {name: value for name, value in data.quality.items() if name not in left_out}
-    return {**kept, "modes": [rows[k] for k in modes]}
+    if len(np.unique(modes)) == len(rows):
+        return {**data.quality, "modes": [rows[k] for k in modes]}
+    # bounds hold for all shapes together
+    kept = {name: value for name, value in data.quality.items() if name != "transfer"}
+    for words in ("tracks", "contact"):
+        if words in kept:
+            kept[words] = {name: _without_missing(one) for name, one in kept[words].items()}
+    mean, worst = left_out_compliance(data, modes)
+    told = (
+        f"{len(modes)} of {len(rows)} coordinates are kept: static error, frequencies and effective masses are "
+        f"those of all. {100.0 * mean:.3g} % of the static deflection of the interfaces under their own loads is left "
+        f"out, {100.0 * worst:.3g} % of one of them. Reduce again with fewer modes to keep statics."
+    )
+    return {**kept, "modes": [rows[k] for k in modes], "warnings": [*kept.get("warnings", []), told]}
+
+
+def _without_missing(told: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in told.items() if not name.startswith("missing")}
 
 
 def check_modes(part: str, modal: np.ndarray, stiffness: np.ndarray) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.model.modal_arrays import ModalArrays
 
-__all__ = ["mode_table"]
+__all__ = ["left_out_compliance", "mode_table"]
 
 
 def mode_table(data: ModalArrays) -> list[dict[str, Any]]:
@@ -49,11 +49,27 @@ def _effective_mass(data: ModalArrays, number: int) -> dict[str, float]:
     return dict(zip(table["directions"], shares))
 
 
+def left_out_compliance(data: ModalArrays, kept: np.ndarray) -> tuple[float, float]:
+    """Return the share of the static deflection of interfaces that other coordinates than `kept` have.
+
+    Of a freedom under its own load: the mean over all freedoms, and the largest.
+    """
+    shares = _shares(data)
+    left = 1.0 - shares[:, np.unique(kept)].sum(axis=1)
+    return (float(left.mean()), float(left.max())) if len(left) else (0.0, 0.0)
+
+
 def _compliance_shares(data: ModalArrays) -> np.ndarray:
     """Return phi_ij^2 / k_j over its sum over j, mean over the freedoms i of the interfaces, (m,)."""
+    shares = _shares(data)
+    return shares.mean(axis=0) if len(shares) else np.zeros(data.n_modes)
+
+
+def _shares(data: ModalArrays) -> np.ndarray:
+    """Return phi_ij^2 / k_j over its sum over j for the freedoms i of the interfaces that move, (k, m)."""
     k, n = np.diag(data.stiffness), data.n_interfaces
     shapes = np.concatenate([data.marker_translations[:n], data.marker_rotations[:n]], axis=1).reshape(-1, len(k))
     terms = shapes**2 / np.where(k > 0.0, k, np.inf)
     total = terms.sum(axis=1)
     moving = total > 1e-20 * total.max(initial=0.0)
-    return (terms[moving] / total[moving, None]).mean(axis=0) if moving.any() else np.zeros(len(k))
+    return terms[moving] / total[moving, None]

@@ -338,6 +338,23 @@ def test_a_bound_does_not_outlive_the_shapes_and_axes_it_was_made_for(fe):
     assert "transfer" not in planar.mirrored("yz").quality
 
 
+def test_a_selection_says_what_statics_it_left(fe):
+    """Compliance of four of ten coordinates at the ends of the beam, beside its matrices: the report's static error was
+    that of all."""
+    data = reduction.reduce(fe, ENDS, 8, loads={"rail": reduction.Track(list(range(41)), (0, 1, 0))}, error_up_to=50.0)
+    few = data.selected(4)
+    full, modal = at_ends(fe, few)
+    kept = np.diag(of_reduced(few, modal, [0.0], 0.0)[0]).real / np.diag(of_beam(fe, full, [0.0], 0.0)[0]).real
+    told = few.quality["warnings"][-1]
+    assert f"4 of {data.n_modes} coordinates are kept" in told
+    assert f" {100 * (1 - kept).mean():.3g} % of the static deflection" in told
+    assert f" {100 * (1 - kept).max():.3g} % of one of them" in told
+    assert "missing" not in few.quality["tracks"]["rail"]
+    assert few.quality["tracks"]["rail"]["places"] == data.quality["tracks"]["rail"]["places"]
+    assert "rail  " not in few.report()
+    assert data.selected(data.n_modes).quality == data.quality
+
+
 def test_model_files_name_a_basis(tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXMB_BODIES", str(tmp_path / "bodies"))
     bar = """
