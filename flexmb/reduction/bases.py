@@ -16,6 +16,7 @@ from flexmb.errors import ReductionError
 from flexmb.model.described import Described, finite_array, is_number
 from flexmb.reduction.basis import available_modes, normal_modes
 from flexmb.reduction.framed_body import FramedBody
+from flexmb.reduction.mode_choice import HIGHEST
 from flexmb.reduction.snapshots import Motion
 from flexmb.reduction.subspace import orthonormal_blocks
 from flexmb.reduction.transfer_error import REFERENCE_DAMPING
@@ -113,8 +114,10 @@ class Krylov(metaclass=Described):
 
     def __post_init__(self):
         values = np.atleast_1d(finite_array(self.frequencies))
-        if values.ndim != 1 or len(values) == 0 or values.min() < 0.0 or len(np.unique(values)) < len(values):
-            raise _wrong("Krylov", f"frequencies = {self.frequencies!r}", "different frequencies from 0 Hz upwards",
+        sound = values.ndim == 1 and len(values) and 0.0 <= values.min() <= values.max() <= HIGHEST
+        if not sound or len(np.unique(values)) < len(values):
+            raise _wrong("Krylov", f"frequencies = {self.frequencies!r:.80}",
+                         f"different frequencies from 0 Hz upwards, up to {HIGHEST:.0e} Hz",
                          "Write frequencies=(0.0, 120.0)")  # fmt: skip
         if isinstance(self.order, bool) or not isinstance(self.order, int | np.integer) or self.order < 1:
             raise _wrong("Krylov", f"order = {self.order!r}", "a whole number from 1 upwards", "Write order=2")
