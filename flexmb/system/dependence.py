@@ -39,9 +39,11 @@ def dependent_rows(A: sparse.csr_matrix, joints: np.ndarray, bodies: np.ndarray,
     bodies : (m,) of int
         Columns of one number belong to one body, or one node of an elastic body.
     """
-    A = A.tocsr()
+    A = A.tocsr(copy=True)
     A.eliminate_zeros()
     rows = np.flatnonzero(_in_loops(A, joints, bodies, tolerance))
+    if not len(rows):
+        return rows
     others = np.delete(rows, _latest(A[rows], joints[rows], tolerance))
     while (near := _nearest(A[others], tolerance)) >= 0:
         others = np.delete(others, near)

@@ -79,19 +79,19 @@ def equation_scale(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
     An equation that nothing can move (the twist of a cable's end) has no size of its own and gets the largest.
     """
     inverse = 1.0 / mass_metric(M)
-    G = _beyond_rounding(G)
-    scale = np.asarray(G.multiply(G) @ inverse).ravel()
+    rows, entries = _beyond_rounding(G)
+    scale = np.bincount(rows, weights=entries * entries * inverse[G.indices], minlength=G.shape[0])
     return np.where(scale > 0.0, scale, np.max(scale, initial=0.0) or 1.0)
 
 
-def _beyond_rounding(G: sparse.csr_matrix) -> sparse.csr_matrix:
-    """Return G with zeros in rows of rounding only: the turn of a cable about its tangent,
-    which moves no coordinate.
+def _beyond_rounding(G: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of the entries of G, and the entries with zeros in rows of rounding only: the turn of a cable
+    about its tangent, which moves no coordinate.
     """
-    if G.shape[0] == 0:
-        return G
-    largest = abs(G).max(axis=1).toarray().ravel()
-    return sparse.diags((largest > ROUNDING * np.max(largest, initial=0.0)).astype(float)) @ G
+    rows = np.repeat(np.arange(G.shape[0]), np.diff(G.indptr))
+    largest = np.zeros(G.shape[0])
+    np.maximum.at(largest, rows, np.abs(G.data))
+    return rows, np.where((largest > ROUNDING * np.max(largest, initial=0.0))[rows], G.data, 0.0)
 
 
 def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.ndarray) -> np.ndarray:
@@ -139,10 +139,16 @@ def still_dependent(
 
 def _unit_gradients(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.ndarray) -> sparse.csr_matrix:
     """Return the gradients (ng, nu) in the metric of the masses, each of length one."""
-    metric = _without_feathers(mass_metric(M), block[: G.shape[1]])
-    A = _beyond_rounding(G) @ sparse.diags(1.0 / np.sqrt(metric))
-    norms = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
-    return (sparse.diags(1.0 / np.where(norms > 0.0, norms, 1.0)) @ A).tocsr()
+    rows, entries = _beyond_rounding(G)
+    return _of_length_one(G, rows, entries, _without_feathers(mass_metric(M), block[: G.shape[1]]))
+
+
+def _of_length_one(G: sparse.csr_matrix, rows, entries, metric: np.ndarray) -> sparse.csr_matrix:
+    """Return the matrix with other `entries` in the `rows` of G, in a metric (nu,), each row of length one."""
+    entries = entries * (1.0 / np.sqrt(metric))[G.indices]
+    norms = np.sqrt(np.bincount(rows, weights=entries * entries, minlength=G.shape[0]))
+    entries = (1.0 / np.where(norms > 0.0, norms, 1.0))[rows] * entries
+    return sparse.csr_matrix((entries, G.indices, G.indptr), shape=G.shape)
 
 
 def _without_feathers(metric: np.ndarray, body: np.ndarray) -> np.ndarray:
@@ -166,9 +172,7 @@ def indeterminate_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, dependen
     dependent = np.asarray(dependent, int)
     if not len(dependent):
         return dependent
-    A = G @ sparse.diags(1.0 / np.sqrt(mass_metric(M)))
-    norms = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
-    A = (sparse.diags(1.0 / np.where(norms > 0.0, norms, 1.0)) @ A).tocsr()
+    A = _of_length_one(G, np.repeat(np.arange(G.shape[0]), np.diff(G.indptr)), G.data, mass_metric(M))
     others = np.setdiff1d(np.arange(A.shape[0]), dependent)
     shares = np.zeros(len(others))
     if len(others):
