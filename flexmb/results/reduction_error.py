@@ -7,7 +7,7 @@ forces of joints, drives and force elements on the interfaces, in body axes, mom
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,10 @@ MARGIN = 1.5
 """What is told over what is estimated with phases: damping and sizes of motion are not quite those of the estimate."""
 HELD = 1e-3
 """Share of the largest reaction from which a joint is taken to hold a freedom of an interface."""
+LARGEST = 10.0
+"""Error over the elastic motion that is told at most: what has no motion at all has no number."""
+SPIN = 0.005
+"""Square of the angular speed over the first frequency of a body from which its centrifugal load is mentioned."""
 LINES = 2000
 """Lines of the spectrum, those of the largest errors, at which reactions change: each takes a system of equations."""
 
@@ -56,6 +60,8 @@ class RunError:
     by_size : bool
         The shares of the forces are added by size, as if none cancelled another: their phases are not kept with many
         interface freedoms, nor in data of former versions.
+    spin : float, rad/s
+        Root mean square of the angular speed, where the load of it may count; else 0.
     """
 
     body: str
@@ -66,17 +72,27 @@ class RunError:
     limit: float
     remedy: str
     by_size: bool = False
+    spin: float = 0.0
 
     def __str__(self) -> str:
         text = (
             f"Reduction of {self.body}: by the spectrum of its interface forces (99 % below {self.frequency:.3g} Hz) "
-            f"the elastic motion has an error of up to {100.0 * self.share:.2g} %, mostly at {self.worst:.3g} Hz"
+            f"the elastic motion has an error of {self._size()}, mostly at {self.worst:.3g} Hz"
         )
         if self.by_size:
             text += " (an upper bound that may be far too large: the shares of the forces are added by size)"
         if self.beyond > UNKNOWN:
             text += f"; {100.0 * self.beyond:.2g} % of them lie above {self.limit:.3g} Hz, where no error is known"
-        return text
+        return f"{text}; {self.left_out}" if self.spin else text
+
+    @property
+    def left_out(self) -> str:
+        """What is not in the error, in words; "" where nothing is known to be missing."""
+        words = f"the centrifugal load of {self.spin:.3g} rad/s is not in it: compare with a run of more modes"
+        return words if self.spin else ""
+
+    def _size(self) -> str:
+        return "more than ten times its size" if self.share >= LARGEST else f"up to {100.0 * self.share:.3g} %"
 
 
 def run_errors(solution: Solution, within: float = 0.01) -> list[RunError]:
@@ -104,7 +120,7 @@ def run_errors(solution: Solution, within: float = 0.01) -> list[RunError]:
             spectrum = _spectrum(phase.t, fading * forces)
             error = _weighed(body.name, data, *spectrum, held, motion, within, _on_ground(phase.model, body, data))
             if error is not None:
-                found.append(error)
+                found.append(replace(error, spin=_spin(series.coordinates(body.name)[1], data)))
     return found
 
 
@@ -121,6 +137,13 @@ def _interface_forces(series: Any, body: Any, data: Any) -> tuple[np.ndarray, np
     turned[..., 1, :] /= data.quality["transfer"]["length"]
     every, reactions = turned.reshape(2, len(axes), -1)
     return every, reactions
+
+
+def _spin(u: np.ndarray, data: Any) -> float:
+    """Return the root mean square of the angular speed, rad/s, of velocities (nt, 6 + m) where its load may count."""
+    rate = float(np.sqrt(np.mean(np.sum(u[:, 3:6] ** 2, axis=1))))
+    softest = 2.0 * np.pi * float(data.frequencies.min(initial=np.inf))
+    return rate if rate**2 > SPIN * softest**2 else 0.0
 
 
 def _on_ground(model: Any, body: Any, data: Any) -> bool:
@@ -189,13 +212,15 @@ def _weighed(
     told = data.quality["transfer"]
     power = np.sum(np.abs(forces) ** 2, axis=1)
     limit, total = told["frequencies"][-1], float(power.sum())
-    if total == 0.0 or motion == 0.0:
+    if total == 0.0:
         return None
     inside = frequencies <= limit
     places = [6 * k + f for k, row in enumerate(data.quality["interfaces"]) for f in row["freedoms"]]
     told_forces = frequencies[inside], forces[inside][:, places], held[places]
     error = _squares(data, *told_forces, 0.5 * frequencies[1], on_ground)
-    share = float(np.sqrt(error.sum() / motion))
+    if not error.any():
+        return None
+    share = float(np.sqrt(error.sum() / max(motion, error.sum() / LARGEST**2)))
     highest = float(frequencies[np.searchsorted(np.cumsum(power), MOST * total)])
     beyond = float(power[~inside].sum() / total)
     return RunError(
@@ -289,7 +314,7 @@ def _remedy(quality: dict[str, Any], share: float, frequency: float, limit: floa
         return f"Reduce again with error_up_to={frequency:.3g}"
     if share <= within:
         return ""
-    if quality.get("basis", "CraigBampton()") != "CraigBampton()":
+    if quality.get("basis", "CraigBampton()") != "CraigBampton()" or (share > 1.0 and "matrix" in quality["transfer"]):
         return f"Reduce again with modes='up to {limit:.3g} Hz within {100.0 * within:.2g} %'"
     if "matrix" not in quality["transfer"]:
         return "The shares of its forces are added by size, an upper bound: compare with a run of more modes"

@@ -192,7 +192,7 @@ def _reductions(solution: Solution, within: float) -> list[Check]:
             name=f"reduction of {error.body}",
             share=error.share,
             limit=within,
-            worst=f"mostly at {error.worst:.3g} Hz" + (f". {error.remedy}" if error.remedy else ""),
+            worst=". ".join(filter(None, (f"mostly at {error.worst:.3g} Hz", error.remedy, error.left_out))),
         )
         for error in run_errors(solution, within)
     ]

@@ -206,3 +206,53 @@ def test_a_coupler_between_two_bars_of_a_loop():
         (told,) = run_errors(solution)
         assert not told.by_size
         assert true < told.share < 6.0 * true
+
+
+@pytest.fixture(scope="module")
+def tube():
+    x, y = np.linspace(0.0, 1.2, 7), np.linspace(0.0, 0.8, 5)[1:]
+    points = np.vstack([np.column_stack([x, 0.0 * x, 0.0 * x]), np.column_stack([0.0 * y + 1.2, y, 0.0 * y])])
+    return fem.frame(points, section=fem.Section.tube(0.05, 0.003), material=fmb.MATERIALS["aluminium"])
+
+
+def turned_up(data, rate, rise):
+    """An arm on a driven hinge, brought to a speed."""
+    hinge = fmb.Revolute("hinge", markers=("ground.origin", "arm.root"))
+    drive = fmb.Drive("drive", joint="hinge", angle=fmb.ramp(rate=rate, rise=rise))
+    bodies = [fmb.Ground(), fmb.FloatingBody("arm", data=data)]
+    return fmb.simulate(
+        fmb.Model(name="turned", gravity=(0, 0, 0), bodies=bodies, joints=[hinge, drive]), 1.0, samples=801
+    )
+
+
+@pytest.mark.parametrize("modes", [0, 1])
+def test_motion_that_is_missing_at_all_is_told_and_the_remedy_helps(tube, modes):
+    """With one interface and no mode in the plane nothing moves there: 1e13 times that, and 94 million modes, are no
+    answer, and no answer is none."""
+    given = {"error_up_to": 60.0, "damping": 0.02, "compare": 0}
+    few = reduction.reduce(tube, {"root": [0]}, modes, **given)
+    (told,) = run_errors(turned_up(few, 10.0, 0.2))
+    assert told.share == pytest.approx(10.0)
+    assert "more than ten times its size" in str(told)
+    assert told.remedy == "Reduce again with modes='up to 60 Hz within 1 %'"
+    again = reduction.reduce(tube, {"root": [0]}, told.remedy.split("'")[1], damping=0.02)
+    (better,) = run_errors(turned_up(again, 10.0, 0.2))
+    assert better.share < 0.05
+
+
+def test_a_centrifugal_load_that_is_not_in_the_estimate_is_told(tube):
+    """Two modes are wrong by 0.5 % at 30 rad/s, which is more than is told."""
+    few, many = (
+        reduction.reduce(tube, {"root": [0], "tip": [10]}, n, error_up_to=700.0, damping=0.02, compare=0)
+        for n in (2, 40)
+    )
+    solution = turned_up(few, 30.0, 0.2)
+    exact = moved(turned_up(many, 30.0, 0.2), many)
+    share = np.sqrt(np.mean((moved(solution, few) - exact) ** 2) / np.mean(exact**2))
+    (told,) = run_errors(solution)
+    assert told.share < share < 0.01
+    assert told.spin == pytest.approx(28.0, rel=0.05)
+    assert "centrifugal load of" in str(told)
+    (slow,) = run_errors(turned_up(few, 10.0, 0.2))
+    assert slow.spin == 0.0
+    assert slow.left_out == ""
