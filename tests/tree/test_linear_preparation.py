@@ -8,6 +8,7 @@ import pytest
 from tree.models import chain, flexible_chain
 
 import flexmb as fmb
+from flexmb import fem, reduction
 
 
 def star(n: int) -> fmb.Model:
@@ -36,20 +37,48 @@ def driven(n: int) -> fmb.Model:
     return chain(n, sensors=sensors).with_parts(joints=drives)
 
 
-def calls(model: fmb.Model) -> int:
-    """Return how many calls the description in joint coordinates takes, with all tables and a product."""
+def calls(of, model: fmb.Model) -> int:
+    """Return how many calls a function of a model takes."""
     counted = cProfile.Profile()
     counted.enable()
-    tree = fmb.JointTree(model)
-    tree.bias(tree.start.q, tree.start.v)
+    of(model)
     counted.disable()
     return pstats.Stats(counted).total_calls
 
 
+def described(model: fmb.Model) -> None:
+    """Describe a model in joint coordinates, with all tables and a product."""
+    tree = fmb.JointTree(model)
+    tree.bias(tree.start.q, tree.start.v)
+
+
+def begun(model: fmb.Model) -> None:
+    """Begin a run, with what watches over it."""
+    fmb.simulate(model, 1e-9, samples=2, formulation=fmb.Recursive())
+
+
 @pytest.mark.parametrize("make", [chain, flexible_chain, star, fed_back, driven], ids=lambda make: make.__name__)
 def test_four_times_the_links_take_four_times_the_calls(make):
-    calls(make(2))
-    few, more = calls(make(60)), calls(make(240))
+    calls(described, make(2))
+    few, more = calls(described, make(60)), calls(described, make(240))
+    assert more / few < 4.1
+
+
+def left_out(n: int) -> fmb.Model:
+    """Return a chain of beams whose loads are compared with those that would change their stiffness."""
+    points = np.column_stack([np.linspace(0.0, 1.0, 3), np.zeros((3, 2))])
+    fe = fem.frame(points, section=fem.Section.rectangle(0.02, 0.03), material=fmb.MATERIALS["steel"])
+    data = reduction.reduce(fe, {"root": [0], "tip": [2]}, 1, compare=0)
+    bodies = [fmb.FloatingBody(f"b{k}", data=data, at=(k, 0, 0)) for k in range(n)]
+    ends = ["ground.origin", *(f"b{k}.tip" for k in range(n))]
+    joints = [fmb.Revolute(f"j{k}", markers=(ends[k], f"b{k}.root")) for k in range(n)]
+    return fmb.Model(bodies=[fmb.Ground(), *bodies], joints=joints)
+
+
+@pytest.mark.parametrize("make", [chain, left_out], ids=lambda make: make.__name__)
+def test_runs_of_four_times_the_links_begin_with_four_times_the_calls(make):
+    calls(begun, make(2))
+    few, more = calls(begun, make(30)), calls(begun, make(120))
     assert more / few < 4.1
 
 

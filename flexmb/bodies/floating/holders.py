@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import NamedTuple
+
 import numpy as np
 
-from flexmb.model.connections import beside, reached
+from flexmb.model.connections import Separations, beside
 
 __all__ = ["Holders"]
 
@@ -24,27 +27,22 @@ class Holders:
     def __init__(self, body: str, names: list[str], system):
         self.count = len(names)
         place = {system.marker_index[name]: k for k, name in enumerate(names)}
-        legs = system.tables["legs"]
-        bodies = _bodies_of_markers(system)
-        firm = _held_to_the_ground(system, bodies)
+        around = _surroundings(system)
         self.neighbours: dict[str, list[tuple[int, int, int]]] = {"": []}
         """By the name of the body beside it, "" for the ground and the body itself: leg, its equation, interface."""
-        connected: dict[int, set[str]] = {}
-        for marker, equation in zip(legs["marker"].tolist(), legs["equation"].tolist(), strict=True):
-            connected.setdefault(equation, set()).add(bodies[marker])
-        for n, (marker, equation) in enumerate(zip(legs["marker"].tolist(), legs["equation"].tolist(), strict=True)):
-            if marker in place and system.equation_owners[equation][1].level == 0:
-                beside = connected[equation] - {body}
+        for n, marker, equation in around.legs.get(body, ()):
+            if marker in place:
+                beside = around.connected[equation] - {body}
                 # an equation between places of the body alone holds always; its legs take no rigid motion away
-                key = ", ".join(sorted(beside - firm))
+                key = ", ".join(sorted(beside - around.firm))
                 self.neighbours.setdefault(key, []).append((n, equation, place[marker]))
-        self.loose = _loose(body, list(self.neighbours)[1:], system.model)
+        self.loose = _loose(body, list(self.neighbours)[1:], around)
         """For each neighbour behind "": does it hang on the body alone? Then it holds nothing that stands."""
         self.pushed, self.turned = [], []
-        for force in system.model.forces:
-            for name in sorted({name for name in _held_by(force, system.model) if name in names}):
+        for markers, everywhere in around.held.get(body, ()):
+            for name in sorted(name for name in markers if name in names):
                 self.turned.append(names.index(name))
-                if not hasattr(force, "place"):
+                if everywhere:
                     self.pushed.append(names.index(name))
 
     def rows(self, R, work) -> list[np.ndarray]:
@@ -63,15 +61,56 @@ class Holders:
         return found + [unit[k, 1] for k in sorted(set(self.turned))]
 
 
-def _loose(body: str, neighbours: list[str], model) -> list[bool]:
+class _Surroundings(NamedTuple):
+    """What all bodies of a system have beside them."""
+
+    legs: dict[str, list[tuple[int, int, int]]]
+    """By body: number, marker and equation of the legs of equations of places"""
+    connected: dict[int, set[str]]
+    """By equation: the bodies that it relates"""
+    firm: set[str]
+    """The ground and what is welded to it"""
+    ground: set[str]
+    separations: Separations
+    held: dict[str, list[tuple[set[str], bool]]]
+    """By body, for each force: the markers that it can hold against turning, and does it hold them against motion?"""
+
+
+@lru_cache(maxsize=4)
+def _surroundings(system) -> _Surroundings:
+    """Return what bodies of a system have beside them (found once)."""
+    bodies, model, table = _bodies_of_markers(system), system.model, system.tables["legs"]
+    legs: dict[str, list[tuple[int, int, int]]] = {}
+    connected: dict[int, set[str]] = {}
+    for n, (marker, equation) in enumerate(zip(table["marker"].tolist(), table["equation"].tolist(), strict=True)):
+        connected.setdefault(equation, set()).add(bodies[marker])
+        if system.equation_owners[equation][1].level == 0:
+            legs.setdefault(bodies[marker], []).append((n, marker, equation))
+    held: dict[str, list[tuple[set[str], bool]]] = {}
+    for force in model.forces:
+        by_body: dict[str, set[str]] = {}
+        for name in _held_by(force, model):
+            by_body.setdefault(name.split(".")[0], set()).add(name)
+        for body, markers in by_body.items():
+            held.setdefault(body, []).append((markers, not hasattr(force, "place")))
+    return _Surroundings(
+        legs=legs,
+        connected=connected,
+        firm=_held_to_the_ground(system),
+        ground={body.name for body in model.bodies if not body.n_velocities},
+        separations=Separations(beside(model)),
+        held=held,
+    )
+
+
+def _loose(body: str, neighbours: list[str], around: _Surroundings) -> list[bool]:
     """Return for each neighbour whether neither the ground nor another neighbour is reached from it but by the body."""
-    connected = beside(model)
-    ground = {one.name for one in model.bodies if not one.n_velocities}
     groups = [set(key.split(", ")) for key in neighbours]
     found = []
     for group in groups:
-        others = set().union(ground, *(other for other in groups if other is not group)) - group
-        found.append(not reached(connected, group, without=body) & others)
+        others = set().union(around.ground, *(other for other in groups if other is not group)) - group
+        parts = {around.separations.part(body, name) for name in group}
+        found.append(all(around.separations.part(body, name) not in parts for name in others))
     return found
 
 
@@ -80,19 +119,24 @@ def _bodies_of_markers(system) -> dict[int, str]:
     return {number: name.split(".")[0] for name, number in system.marker_index.items()}
 
 
-def _held_to_the_ground(system, bodies: dict[int, str]) -> set[str]:
+def _held_to_the_ground(system) -> set[str]:
     """Return the ground and the bodies that joints of six equations hold to it, one behind the other."""
     firm = {body.name for body in system.model.bodies if not body.n_velocities}
     rigid = {body.name for body in system.model.bodies if body.n_velocities == 6}
-    welds = []
+    welds: dict[str, list[set[str]]] = {}
     for joint in system.model.joints:
         span = system.joint_equations[joint.name]
         if span.stop - span.start == 6:
-            welds.append({name.split(".")[0] for name in joint.resolved_markers(system.model)})
-    for _ in welds:
-        for pair in welds:
-            if pair & firm and pair <= firm | rigid:
-                firm |= pair
+            pair = {name.split(".")[0] for name in joint.resolved_markers(system.model)}
+            for name in pair:
+                welds.setdefault(name, []).append(pair)
+    ahead = list(firm)
+    while ahead:
+        for pair in welds.get(ahead.pop(), ()):
+            new = pair - firm
+            if new <= rigid:
+                firm |= new
+                ahead += new
     return firm
 
 
