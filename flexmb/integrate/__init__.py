@@ -28,11 +28,15 @@ from flexmb.integrate.runs.simulate import simulate
 from flexmb.integrate.runs.stepper import Stepper, stepper
 from flexmb.model.methods import Integrator
 from flexmb.model.registered import registered
+from flexmb.tree import Recursive
 
 KINDS = registered(globals(), Integrator)
 """All integrators by name: read by the model files."""
+FORMULATIONS = {kind.__name__: kind for kind in (Augmented, NullSpace, UdwadiaPhohomsiri, Recursive, Baumgarte)}
+"""All formulations that an integrator may have, by name: read by the model files."""
 
 __all__ = [
+    "FORMULATIONS",
     "KINDS",
     *KINDS,
     "Accelerations",

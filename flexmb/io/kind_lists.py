@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-__all__ = ["FAMILIES", "TABLES", "integrators", "parts", "values"]
+__all__ = ["FAMILIES", "TABLES", "formulations", "integrators", "parts", "values"]
 
 FAMILIES = {
     "body": "bodies",
@@ -61,3 +61,11 @@ def integrators() -> dict[str, type]:
     from flexmb import integrate
 
     return dict(integrate.KINDS)
+
+
+@cache
+def formulations() -> dict[str, type]:
+    """Return the formulations that an integrator takes, by name."""
+    from flexmb import integrate
+
+    return dict(integrate.FORMULATIONS)

@@ -28,7 +28,8 @@ def simulation_of(tables: dict[str, Any], path: Path, parameters, own: Mapping[s
             remedy="Add [simulation] and t_end = 1.0, or give the end time otherwise",
         )
     integrators = kind_lists.integrators()
-    context = Context(path, resolve(tables, parameters, path.name), {**kind_lists.values(), **integrators})
+    kinds = {**kind_lists.values(), **integrators, **kind_lists.formulations()}
+    context = Context(path, resolve(tables, parameters, path.name), kinds)
     values = {
         name: entry if name == "integrator" else context.value(entry, f"{where}, {name}") for name, entry in raw.items()
     }
@@ -51,4 +52,8 @@ def _integrator(raw: Any, context: Context, integrators: Mapping[str, type], whe
             else f'Write integrator = {{ kind = "{word if word in integrators else "GeneralizedAlpha"}", ... }}',
         )
     make = find_kind(given.pop("kind"), integrators, where)
-    return call(make, {name: context.value(entry, f"{where}.{name}") for name, entry in given.items()}, where)
+    values = {name: context.value(entry, f"{where}.{name}") for name, entry in given.items()}
+    if isinstance(values.get("formulation"), str):
+        name = values["formulation"]
+        values["formulation"] = call(find_kind(name, kind_lists.formulations(), f"{where}.formulation"), {}, where)
+    return call(make, values, where)

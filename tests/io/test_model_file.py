@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tolerances import MACHINE
 
+import flexmb as fmb
 from flexmb import io
 from flexmb.bodies import Ground, RigidBody
 from flexmb.forces import PointLoad, SpringDamper
@@ -134,6 +135,29 @@ def test_simulation(write):
         "samples": 11,
     }
     assert io.load_simulation(write("name = 'x'"), t_end=2).keywords() == {"t_end": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('"Recursive"', fmb.Recursive()),
+        ('{ kind = "Recursive", cut = ["B"] }', fmb.Recursive(cut=("B",))),
+        ('{ kind = "Baumgarte", alpha = "= rate", formulation = { kind = "NullSpace" } }', None),
+    ],
+)
+def test_formulations(write, tmp_path, text, expected):
+    """What `save_model` writes of an integrator in joint coordinates can be read again."""
+    path = write(CRANK + f'integrator = {{ kind = "Explicit", formulation = {text} }}\n')
+    settings = io.load_simulation(path)
+    assert settings.integrator.formulation == (expected or fmb.Baumgarte(fmb.NullSpace(), alpha=30.0))
+    saved = io.save_model(io.load_model(path), tmp_path / "saved.toml", settings)
+    assert io.load_simulation(saved).integrator == settings.integrator
+
+
+def test_unknown_formulation(write):
+    path = write(CRANK + 'integrator = { kind = "Explicit", formulation = "recursive" }\n')
+    with pytest.raises(fmb.ModelError, match=r"integrator\.formulation: kind = 'recursive'.*One of: .*Did you mean"):
+        io.load_simulation(path)
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,7 @@ class CompiledRun:
         self.settings, self.system, self.work, self.make_other = settings, system, work, other
         self.closed = closed
         self.other: Any = None
+        self.handed_over = ""
         self.goal, self.begun = -np.inf, 0
         ready_for(system)
         nu, ng, span = system.nu, system.ng, max(t_end - state.t, 1e-12)
@@ -193,6 +194,8 @@ class CompiledRun:
                 cause = without_value(self.system, self.work, state.q, state.u)
                 return f"{why} at t = {s.run[0].t:.9g} s{cause}"
             self.other.solver.y[-3:] = s.y[-3:]
+            why = "compiled accelerations do not settle" if reason == UNSETTLED else "steps become too short"
+            self.handed_over = f"from t = {s.run[0].t:.6g} s on, where {why}, by SciPy: some tens of times slower"
         if self.other is None:
             return ""
         return self.other.advance(t, pace)
