@@ -20,7 +20,7 @@ from flexmb.reduction.bases import CraigBampton
 from flexmb.reduction.basis import Basis, free_modes, orthonormal_basis
 from flexmb.reduction.basis_choice import Chosen, choose_basis, parse_basis
 from flexmb.reduction.contact_zone import ContactZone, loads_on_zones, zones_of
-from flexmb.reduction.damping import coupled_by_dampers, damping_ratios, one_ratio
+from flexmb.reduction.damping import by_dampers, damping_ratios, one_ratio
 from flexmb.reduction.framed_body import FramedBody
 from flexmb.reduction.geometric import by_loads, geometric_matrices
 from flexmb.reduction.interfaces import Coupling, offered, resolve
@@ -205,15 +205,15 @@ def _reduced(fe: FEModel, asked: _Settings, backend: Backend | None, say: Progre
     if words := middle_surface(fe) if asked.stress else "":
         tell(words, UserWarning)
         quality["warnings"].append(words)
-    dampers = _dampers(fe, basis) if asked.damping is None else None
-    if words := "" if dampers is None else coupled_by_dampers(dampers, basis.w2):
+    dampers, words = by_dampers(fe, basis.shapes, basis.w2, asked.damping)
+    if words:
         tell(f"Reduction of '{fe.name}': {words}")
         quality["warnings"].append(words)
     data = _data(fe, markers, basis, names, forces, asked.stress)
     data = replace(
         data,
         n_interfaces=len(couplings),
-        damping_ratios=damping_ratios(asked.damping, basis.w2, None if dampers is None else np.diag(dampers)),
+        damping_ratios=damping_ratios(asked.damping, basis.w2, dampers),
         geometric=None if matrices is None else _of_shapes(matrices, len(basis.w2), len(couplings)),
         left_out=left_out_stiffness(body, basis, interfaces, forces, matrices),
         load_turning=turning,
@@ -265,11 +265,6 @@ def _stiffening(
 def _of_shapes(matrices: np.ndarray, m: int, interfaces: int) -> GeometricStiffness:
     """Return the geometric stiffness of the shapes alone."""
     return GeometricStiffness(**by_loads(np.ascontiguousarray(matrices[:, :m, :m]), interfaces))
-
-
-def _dampers(fe: FEModel, basis: Basis) -> np.ndarray | None:
-    """Return the damping (m, m), 1/s, of the shapes by discrete dampers of the FE model; None without any."""
-    return None if fe.C is None else basis.shapes.T @ (fe.C @ basis.shapes)
 
 
 def _data(

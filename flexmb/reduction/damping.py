@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import ReductionError
+from flexmb.fem.fe_model import FEModel
 from flexmb.model.described import Described, is_number
 from flexmb.model.plausibility import damping_doubts
 from flexmb.told import tell
 
-__all__ = ["Bands", "Rayleigh", "coupled_by_dampers", "damping_ratios", "one_ratio"]
+__all__ = ["Bands", "Rayleigh", "by_dampers", "damping_ratios", "one_ratio"]
 
 LOWEST = 6
 """Modes that are looked at for what dampers couple them to."""
@@ -103,7 +104,23 @@ def one_ratio(damping: Any, w2: np.ndarray) -> float | None:
     return float(ratios.min()) if ratios.ndim == 1 and ratios.size and np.all(ratios >= 0.0) else None
 
 
-def coupled_by_dampers(damping: np.ndarray, w2: np.ndarray) -> str:
+def by_dampers(fe: FEModel, shapes: np.ndarray, w2: np.ndarray, damping: Any) -> tuple[np.ndarray | None, str]:
+    """Return the damping (m,), 1/s, of the shapes by discrete dampers, and a warning where it is not all of theirs.
+
+    None without any, and where `damping` is given: that takes their place.
+    """
+    if fe.C is None:
+        return None, ""
+    if damping is not None:
+        return None, (
+            f"Discrete dampers of the FE model are not in the reduced body: damping={damping!r:.60} takes their place. "
+            "Leave it out for theirs, or make their ends interfaces and put a SpringDamper between them."
+        )
+    own = shapes.T @ (fe.C @ shapes)
+    return np.diag(own).copy(), _coupled(own, w2)
+
+
+def _coupled(damping: np.ndarray, w2: np.ndarray) -> str:
     """Return a warning where discrete dampers couple modes, whose damping is of each by itself; "" where they do not.
 
     The coupling of modes i and j is ``|D_ij| w / |w_i2 - w_j2|`` (Hasselman 1976), D being ``phi^T C phi``, (m, m).

@@ -69,6 +69,17 @@ def test_dampers_that_couple_modes_are_told(damper, told):
     assert any("couple modes" in text and "SpringDamper" in text for text in data.quality["warnings"]) == told
 
 
+def test_a_ratio_that_takes_the_place_of_dampers_is_told():
+    fe, _ = opening(5.0)
+    ends = {"one": [0], "other": [len(fe.nodes) - 1]}
+    data = reduction.reduce(fe, ends, 4, damping=0.01)
+    assert data.damping_ratios == pytest.approx(0.01)
+    assert "damping=0.01 takes their place" in data.quality["warnings"][-1]
+    assert not any("dampers" in text for text in reduction.reduce(fe, ends, 4).quality["warnings"])
+    still = reduction.reduce(replace(fe, C=None), ends, 4, damping=0.01)
+    assert not any("dampers" in text for text in still.quality["warnings"])
+
+
 def test_a_band_with_more_modes_than_anyone_means_is_refused(monkeypatch):
     monkeypatch.setattr("flexmb.reduction.framed_body.MOST_KNOWN", 20)
     for asked in ({"error_up_to": 1e6}, {"modes": "up to 1000 kHz within 1 %"}, {"basis": reduction.Krylov(1e6)}):
