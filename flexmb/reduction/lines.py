@@ -21,6 +21,8 @@ BACKWARDS = -1e-3
 """Cosine between two steps below which a line turns back; a square corner does not."""
 NEAR = 4
 """Nodes of one element lie at most this many places apart: two edges of an element of second order."""
+GAP = 2.5
+"""Step over both of its neighbours from which on a set holds two lines; without a node it is 2."""
 CLOSED = 1.5
 """The ends of a line that are this near to each other, relative to its longest step, make it a ring."""
 
@@ -155,7 +157,15 @@ def _check_elements(fe: FEModel, ordered: np.ndarray, part: str) -> None:
 
 
 def _check_open(fe: FEModel, ordered: np.ndarray, steps: np.ndarray, part: str) -> None:
-    """Refuse rings where nobody said where they begin."""
+    """Refuse rings and two lines where nobody said where they begin."""
+    inner = steps[1:-1] > GAP * np.maximum(steps[2:], steps[:-2])
+    if inner.any():
+        k = int(np.argmax(inner)) + 1
+        raise _no_line(
+            part,
+            f"a gap of {steps[k]:.3g} m between {fe.node_name(ordered[k])} and {fe.node_name(ordered[k + 1])}",
+            "Name the nodes of one line, or give node numbers in order",
+        )
     gap = np.linalg.norm(fe.nodes[ordered[0]] - fe.nodes[ordered[-1]])
     if len(ordered) > 3 and gap < CLOSED * steps.max():
         raise _no_line(

@@ -83,6 +83,25 @@ def test_what_is_no_line_is_refused_with_what_to_do():
     assert track(strip, "one")["places"][-1] == pytest.approx(1.0)
 
 
+def test_two_rails_in_one_set_are_no_line():
+    """Joined at their nearer ends they would make a U."""
+    x = np.linspace(0.0, 1.0, 11)
+    rails = [np.column_stack([x, 0.0 * x + y, 0.0 * x]) for y in (0.0, 0.3)]
+    points = np.vstack([*rails, [(0.0, 0.15, 0.0), (1.0, 0.15, 0.0)]])
+    pairs = [(k, k + 1) for k in range(21) if k != 10] + [(0, 22), (22, 11), (10, 23), (23, 21)]
+    fe = fem.frame(
+        points,
+        connectivity=pairs,
+        section=fem.Section.rectangle(0.02, 0.02),
+        material=STEEL,
+        node_sets={"both": range(22), "thinned": [0, 1, 2, 4, 5, 7, 8, 9, 10]},
+    )
+    with pytest.raises(ReductionError, match=r"a gap of 0\.3 m between node \d+ and node \d+"):
+        track(fe, "both")
+    assert track(fe, "thinned")["places"][-1] == pytest.approx(1.0)
+    assert track(fe, [*range(11), *range(21, 10, -1)])["places"][-1] == pytest.approx(2.3)  # as somebody says
+
+
 def test_nodes_at_one_place_are_refused():
     fe = fem.frame(
         [(0, 0, 0), (1, 0, 0), (1, 0, 0), (2, 0, 0)],
