@@ -45,6 +45,7 @@ from flexmb.cli import (
     warm,
 )
 from flexmb.cli.harmless_output import harmless_output
+from flexmb.cli.parser import Parser
 from flexmb.cli.reduction_lines import ReductionLines
 from flexmb.cli.remedies import in_files_and_options
 from flexmb.cli.written_files import add_overwrite, refuse_to_lose
@@ -252,7 +253,7 @@ def _options(command: str) -> tuple[str, ...]:
 
 def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """Return the parser of a command line; verbs that are not in it have no arguments, which import what they name."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="flexmb",
         description="Flexible multibody dynamics from finite element meshes.",
         epilog="`flexmb VERB --help` says more; `flexmb demo` shows it at work.",

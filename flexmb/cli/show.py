@@ -3,6 +3,8 @@
 Example: flexmb show conrod.h5 --vtk
 Of a deck (.bdf, .dat, .inp): what is in it, what it weighs, what hangs apart, a picture with its interfaces.
 Example: flexmb show wing.bdf --units "mm, t, s" --html
+Of a mesh (.msh, .vtu, .med, ...): its size, its cells, and the groups that can become interfaces.
+Example: flexmb show bracket.msh
 """
 
 from __future__ import annotations
@@ -12,14 +14,21 @@ from collections.abc import Callable
 from pathlib import Path
 
 import flexmb as fmb
+from flexmb.cli.mesh_lines import mesh_lines
 from flexmb.errors import FlexmbError, ModelError
 
 NAME = "show"
-SUMMARY = "print the quality report of a reduced body, draw its modes; or what is in a deck"
+SUMMARY = "print the quality report of a reduced body, draw its modes; or what is in a deck or a mesh"
+
+
+MESHES = (".msh", ".vtu", ".vtk", ".med", ".unv", ".uff")
+"""Files that hold a mesh and no properties: those of `fem.read_mesh` that are no decks."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("data", help="reduced body (.h5), written by `flexmb reduce`, or a deck (.bdf, .dat, .inp)")
+    parser.add_argument(
+        "data", help="reduced body (.h5), written by `flexmb reduce`, a deck (.bdf, .dat, .inp), or a mesh (.msh, ...)"
+    )
     parser.add_argument("--units", metavar="UNITS", help='of a deck: "mm, t, s"')
     parser.add_argument("-o", "--out", metavar="FILE", help="picture; default: <data>_modes.png, <deck>_model.png")
     parser.add_argument(
@@ -47,6 +56,8 @@ def execute(arguments: argparse.Namespace) -> int:
     source = Path(arguments.data)
     if source.suffix.lower() in fem.DECK_READERS:
         return _show_deck(arguments, source)
+    if source.suffix.lower() in MESHES:
+        return _show_mesh(arguments, source)
     if source.suffix.lower() == ".toml" and source.is_file():
         raise ModelError(
             f"Model file '{source}'",
@@ -70,6 +81,22 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.html:
         page, numbers = io.write_report(data, source, picture=picture)
         print(f"Report: {page}, {numbers}")
+    return 0
+
+
+def _show_mesh(arguments: argparse.Namespace, source: Path) -> int:
+    """Print the size, the cells and the groups of a mesh: the names that `flexmb reduce` asks for."""
+    from flexmb import fem
+
+    asked = [name for name in ("vtk", "html", "units", "out") if getattr(arguments, name)]
+    if asked:
+        raise ModelError(
+            "flexmb show",
+            found=f"--{asked[0]} for a mesh",
+            expected=f"flexmb show {source}, which prints its groups",
+            remedy="Reduce the mesh first: flexmb reduce",
+        )
+    print("\n".join(mesh_lines(fem.read_mesh(source))))
     return 0
 
 

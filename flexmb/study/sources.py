@@ -256,11 +256,13 @@ def function_in(text: str) -> Callable[..., Any]:
 
 def _check_known(name: str, known: Any, part: str, has: str) -> None:
     if name not in known:
+        in_file = has == "The file has"
         raise ModelError(
             part,
-            found=f"there is no parameter '{name}' to vary" if has != "The file has" or known else "no parameters",
+            found=f"there is no parameter '{name}' to vary",
             expected=f"{has}: {', '.join(known) or 'none'}",
-            remedy=did_you_mean(name, known) or "Correct the name",
+            remedy=did_you_mean(name, known)
+            or (f'Add {name} to [parameters], and write "= {name}" where it stands' if in_file else "Correct the name"),
         )
 
 

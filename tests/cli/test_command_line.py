@@ -40,6 +40,25 @@ def test_wrong_usage(arguments, capsys):
     assert "usage: flexmb" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ("reduce a.msh --mods 5", "flexmb reduce: error: there is no option --mods. Did you mean '--modes'?"),
+        ("run a.toml --what", "flexmb run: error: there is no option --what. `flexmb run --help` lists the options."),
+        ("run a.toml b.toml", "flexmb run: error: 'b.toml' is one argument too many."),
+        ("reduce a.msh --scale mm", "--scale: 'mm' is no number. Expected: metres per unit of the mesh: 0.001 for a"),
+        ("run a.toml --t-end 1s", "--t-end: '1s' is no number. Expected: end time; default: as in [simulation]"),
+        ("run a.toml --samples 1e3", "--samples: '1e3' is no whole number. Expected: "),
+    ],
+)
+def test_wrong_options_say_what_was_meant(arguments, told, capsys):
+    """Of the verb, not of the whole command; a wrong number says what the option is."""
+    with pytest.raises(SystemExit) as ended:
+        main(arguments.split())
+    assert ended.value.code == 2
+    assert told in capsys.readouterr().err
+
+
 def test_version(capsys):
     with pytest.raises(SystemExit):
         main(["--version"])

@@ -89,3 +89,20 @@ def test_missing_file(tmp_path, capsys):
 def test_a_run_folder_is_no_body(tmp_path, capsys):
     assert main(["show", str(tmp_path)]) == 2
     assert f"For a run folder: flexmb render {tmp_path}" in capsys.readouterr().err
+
+
+def test_groups_of_a_mesh_are_listed(tmp_path, monkeypatch, capsys):
+    """What `flexmb reduce` asks for by name: counts and places are those of meshes/make_meshes.py."""
+    monkeypatch.chdir(tmp_path)
+    mesh = str(Path(MESH).with_name("conrod.msh"))
+    assert main(["show", mesh]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0] == "Mesh 'conrod': 4676 nodes, 651 triangle6, 2312 tetra10"
+    assert "0.372 x 0.06 x 0.016: in metres, or in the unit that --scale" in printed[1]
+    rows = {line.split()[0]: line.split() for line in printed[4:]}
+    assert set(rows) == {"mid", "bore_a", "bore_b", "upper_skin", "conrod"}
+    assert rows["bore_b"] == ["bore_b", "312", "140", "triangle6", "(0.32,", "0,", "0)"]
+    assert rows["mid"] == ["mid", "1", "0", "nodes", "alone", "(0.16,", "0,", "0)"]
+    assert not list(tmp_path.iterdir())
+    assert main(["show", mesh, "--vtk"]) == 2
+    assert "--vtk for a mesh" in capsys.readouterr().err

@@ -66,7 +66,7 @@ def test_a_function(tmp_path, monkeypatch):
         (["--over", "g=1:x:3"], "Range of 'g': start 1.0, stop x, count 3.0"),
         (["--over", "g="], "Plan, g: the list of values is empty"),
         (["--over", "g=1", "--over", "g=2"], "--over g: the parameter is given twice"),
-        (["--over", "h=1,2"], "there is no parameter 'h' to vary. The file has: g, duration"),
+        (["--over", "h=1,2"], "there is no parameter 'h' to vary. The file has: g, duration. Add h to [parameters]"),
         (["--over", "g=1", "--list", "x.csv"], "--list: --over or --latin beside it"),
         (["--latin", "3", "--over", "g=2:1"], "Range of 'g': (2.0, 1.0). Expected: two numbers, the lower one first"),
         ([], "Plan: it has no parameter"),
