@@ -25,12 +25,12 @@ def _coefficients(x):
 
     b' and c' are derivatives by the angle, divided by it.
     """
-    if x < SMALL:
-        a = 1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0 * (1.0 - x / 72.0)))
-        b = 0.5 * (1.0 - x / 12.0 * (1.0 - x / 30.0 * (1.0 - x / 56.0)))
-        c = (1.0 - x / 20.0 * (1.0 - x / 42.0 * (1.0 - x / 72.0))) / 6.0
-        db = -1.0 / 12.0 + x / 180.0 - x * x / 6720.0
-        dc = -1.0 / 60.0 + x / 1260.0 - x * x / 60480.0
+    if x < SMALL:  # powers times constants: each of a dozen divisions would take longer
+        a = 1.0 + x * (-1 / 6 + x * (1 / 120 + x * (-1 / 5040 + x * (1 / 362880))))
+        b = 0.5 + x * (-1 / 24 + x * (1 / 720 + x * (-1 / 40320)))
+        c = 1 / 6 + x * (-1 / 120 + x * (1 / 5040 + x * (-1 / 362880)))
+        db = -1 / 12 + x * (1 / 180 + x * (-1 / 6720))
+        dc = -1 / 60 + x * (1 / 1260 + x * (-1 / 60480))
         return a, b, c, db, dc
     t = x**0.5
     sine, rest = np.sin(t), 1.0 - np.cos(t)
