@@ -31,6 +31,8 @@ __all__ = ["FloatingBody"]
 
 STIFFENING = ("inertia", "interface", "loads", "preload")
 """The groups of geometric stiffness, in the order of their matrices."""
+BALANCED = frozenset({"inertia", "interface"})
+"""Groups that belong together: what accelerates a body in vibration are the loads at its interfaces."""
 NEAR = 1e-6
 """Of the body's size: the digits of a mesh file, by which a described place of a marker may differ from its own."""
 
@@ -55,6 +57,7 @@ class FloatingBody(Body):
         The first so many modes, or these; default: all.
     geometric_stiffness : bool or sequence of str
         True for all groups the data has, or some of "inertia", "interface", "loads", "preload"; False for none.
+        "inertia" and "interface" belong together: what accelerates the body in vibration are its joints.
     rigid : bool
         Leave out all deformation: the same body, rigid, for comparison.
     markers : mapping of interface or station to pose, optional
@@ -126,6 +129,13 @@ class FloatingBody(Body):
                 found=f"geometric_stiffness = {self.geometric_stiffness!r}",
                 expected=f"True, False or some of {', '.join(STIFFENING)}",
                 remedy="Use True for all of them",
+            )
+        if len(BALANCED & {*groups}) == 1 and m and _balances(reduced.geometric):
+            (own,), (other,) = BALANCED & {*groups}, BALANCED - {*groups}
+            tell(
+                f"{self.title} has geometric stiffness of {own} without that of {other}: in vibration they balance "
+                "each other, and one of them alone can make it grow without limit. Use both, or "
+                "geometric_stiffness=False"
             )
 
     @classmethod
@@ -326,6 +336,11 @@ class FloatingBody(Body):
         for name in data.marker_names[: data.n_interfaces]:
             number = compiler.marker(f"{self.name}.{name}")
             markers[number]["iH"] = compiler.reserve_H(6 * int(markers[number]["nu"]))
+
+
+def _balances(geometric: Any) -> bool:
+    """Do data have both groups that belong together?"""
+    return geometric is not None and bool(np.any(geometric.inertia) and np.any(geometric.interface))
 
 
 def _told(at) -> str:
