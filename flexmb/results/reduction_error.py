@@ -22,6 +22,8 @@ FEW = 8
 """Samples below which a phase has no spectrum."""
 MOST = 0.99
 """Share of the spectrum below the frequency that is told."""
+STATIC = 0.01
+"""Static error under interface loads from which joints meet a body that is too stiff, whatever its modes."""
 UNKNOWN = 0.02
 """Share of the spectrum above the known band that is told; forces that begin suddenly have some."""
 END = 0.05
@@ -309,7 +311,12 @@ def _freedoms(data: Any) -> np.ndarray:
 
 
 def _remedy(quality: dict[str, Any], share: float, frequency: float, limit: float, within: float, beyond: float) -> str:
-    """Return what to do: more modes where the error is too large, a wider band where forces lie beyond it."""
+    """Return what to do: more modes where the error is too large, a wider band where forces lie beyond it.
+
+    More shapes of a basis without the static responses of the interfaces help little where joints hold these.
+    """
+    if share > within and quality.get("static_error", 0.0) > STATIC:
+        return f"Reduce again with basis='CraigBampton': {quality['basis'].partition('(')[0]} lacks static responses"
     if beyond > UNKNOWN:
         return f"Reduce again with error_up_to={frequency:.3g}"
     if share <= within:

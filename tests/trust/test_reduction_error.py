@@ -147,6 +147,26 @@ def test_forces_beyond_the_known_band_are_told(fe):
     assert told.remedy.startswith("Reduce again with error_up_to=13")
 
 
+def test_a_basis_without_static_responses_is_not_asked_for_once_more(fe):
+    """Balanced modes meet 1 % up to 200 Hz as the free bar, whose ends in bearings they lock: the same request again
+    would give the same body."""
+    asked = "up to 200 Hz within 1 %"
+
+    def in_bearings(data):
+        push = fmb.PointLoad("push", marker="bar.b", force=(0.0, 0.0, fmb.harmonic(500.0, 30.0)))
+        hinge = fmb.Revolute("hinge", markers=("ground.origin", "bar.a"))
+        bodies = [fmb.Ground(), fmb.FloatingBody("bar", data=data, damping=0.02)]
+        return fmb.simulate(fmb.Model(bodies=bodies, joints=[hinge], forces=[push]), 0.3, samples=901)
+
+    with pytest.warns(match=r"lock the body|static error"):
+        balanced = reduction.reduce(fe, ENDS, asked, basis="Balanced", damping=0.02)
+    (told,) = run_errors(in_bearings(balanced))
+    assert told.share > 0.01
+    assert told.remedy == "Reduce again with basis='CraigBampton': Balanced lacks static responses"
+    (after,) = run_errors(in_bearings(reduction.reduce(fe, ENDS, asked, basis="CraigBampton", damping=0.02)))
+    assert after.share < 0.01
+
+
 def test_without_a_bound_nothing_is_told(fe):
     assert run_errors(shaken(reduction.reduce(fe, ENDS, 2, damping=0.02), 50.0)) == []
 
