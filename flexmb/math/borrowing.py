@@ -14,6 +14,7 @@ from typing import Any
 from numba import types
 from numba.core import ir
 
+from flexmb.math.own_room import keeps
 from flexmb.math.structure_type import Structure
 
 __all__ = ["only_borrows"]
@@ -33,7 +34,7 @@ def only_borrows(state: Any, own: Container[int]) -> bool:
     def counted(kind) -> bool:
         return manager[kind].contains_nrt_meminfo()
 
-    if counted(state.return_type):
+    if state.func_ir.is_generator or counted(state.return_type) or any(map(keeps, state.args)):
         return False
     for block in state.func_ir.blocks.values():
         for one in block.body:

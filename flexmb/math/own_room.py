@@ -2,8 +2,9 @@
 
 numba asks the heap for each of them, gives it back, and counts references between, which in kernels of a few dozen
 numbers takes longer than the numbers. A function that returns no array cannot give one away, so ``np.empty(3)`` and
-``np.zeros((3, 3))`` in it need none of that. In a loop an array may outlive the turn that made it; those stay with
-numba.
+``np.zeros((3, 3))`` in it need none of that. In a loop an array may outlive the turn that made it, and in a generator
+the step; those stay with numba, and so do all arrays of a function that returns a record (which is the address of a
+row), raises an error with a value, or has lists.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from numba.core import cgutils, ir
 from numba.core.analysis import compute_cfg_from_blocks
 from numba.np.arrayobj import populate_array
 
-__all__ = ["Room", "own_rooms", "take_room"]
+__all__ = ["Room", "keeps", "own_rooms", "take_room"]
 
 LARGEST = 4096
 """Bytes of the largest of these arrays: what all functions that are at work take together stays far below a stack."""
@@ -27,8 +28,18 @@ LARGEST = 4096
 LINE = 64
 """Bytes that the processor's memory takes at once: rows of whole lines begin at one."""
 
-CONTAINERS = (types.List, types.ListType, types.DictType, types.Set, types.Generator)
+CONTAINERS = (
+    types.List,
+    types.ListType,
+    types.DictType,
+    types.Set,
+    types.ClassInstanceType,
+    types.Generator,
+)
 """What an array can be put into, and live on."""
+
+ANY = 16
+"""Bytes whose multiples all others begin at: rows of a record are bytes to the compiler, which may stand anywhere."""
 
 OPERATIONS = (operator.add, operator.sub, operator.mul)
 
@@ -45,9 +56,9 @@ def own_rooms(function: ir.FunctionIR, kinds: Mapping[str, types.Type], returned
     """Return the arrays, each a `Room`, that a typed function can keep in its own memory, by the calls (their `id`)
     that make them.
     """
-    if any(isinstance(kind, CONTAINERS) for kind in kinds.values()):
+    if function.is_generator or any(map(keeps, kinds.values())) or _gives_away(returned, context):
         return {}
-    if context.data_model_manager[returned].contains_nrt_meminfo():
+    if any(_raises_values(block) for block in function.blocks.values()):
         return {}
     graph = compute_cfg_from_blocks(function.blocks)
     repeated = {place for loop in graph.loops().values() for place in loop.body}
@@ -62,6 +73,27 @@ def own_rooms(function: ir.FunctionIR, kinds: Mapping[str, types.Type], returned
     return found
 
 
+def keeps(kind: types.Type) -> bool:
+    """Can an array be put into a value of a type, or into a part of it, and live on there?"""
+    if isinstance(kind, types.Optional):
+        return keeps(kind.type)
+    return isinstance(kind, CONTAINERS) or (isinstance(kind, types.BaseTuple) and any(map(keeps, kind)))
+
+
+def _gives_away(returned: types.Type, context: Any) -> bool:
+    """Does a returned value hold an array, or the address of a row of one?"""
+    if isinstance(returned, types.Optional):
+        return _gives_away(returned.type, context)
+    if isinstance(returned, types.BaseTuple):
+        return any(_gives_away(kind, context) for kind in returned)
+    return isinstance(returned, types.Record) or context.data_model_manager[returned].contains_nrt_meminfo()
+
+
+def _raises_values(block: ir.Block) -> bool:
+    """Does a block raise an error with values that are read when the function has ended?"""
+    return any(isinstance(one, (ir.DynamicRaise, ir.DynamicTryRaise)) for one in block.body)
+
+
 def _room(one: ir.Assign, kinds: Any, function: ir.FunctionIR, context: Any) -> Room | None:
     call, kind = one.value, kinds[one.target.name]
     if not (isinstance(call, ir.Expr) and call.op == "call" and call.args and type(kind) is types.Array):
@@ -71,7 +103,11 @@ def _room(one: ir.Assign, kinds: Any, function: ir.FunctionIR, context: Any) -> 
         return None
     size = _constant(call.args[0], function)
     shape = (size,) if isinstance(size, int) else size
-    if not isinstance(shape, tuple) or len(shape) != kind.ndim or not all(isinstance(n, int) and n > 0 for n in shape):
+    if (
+        not isinstance(shape, tuple)
+        or not 0 < len(shape) == kind.ndim
+        or not all(isinstance(n, int) and n > 0 for n in shape)
+    ):
         return None
     bytes_of_one = context.get_abi_sizeof(context.get_data_type(kind.dtype))
     if int(np.prod(shape)) * bytes_of_one > LARGEST:
@@ -101,8 +137,7 @@ def take_room(context: Any, builder: code.IRBuilder, room: Room) -> code.Value:
     number = context.get_data_type(room.kind.dtype)
     size, count = context.get_abi_sizeof(number), int(np.prod(room.shape))
     first = cgutils.alloca_once(builder, number, size=context.get_constant(types.intp, count))
-    if room.shape[-1] * size % LINE == 0:
-        first.align = LINE
+    first.align = LINE if room.shape[-1] * size % LINE == 0 else ANY
     if room.zeros:
         cgutils.memset(builder, first, context.get_constant(types.intp, count * size), 0)
     steps = [size * int(np.prod(room.shape[k + 1 :])) for k in range(len(room.shape))]

@@ -73,8 +73,10 @@ class _Lower(Lower):
             call = self.fndesc.calltypes[statement]
             return self.lower_setitem(statement.target, statement.index_var, statement.value, call)
         if isinstance(statement, ir.Return):
-            if isinstance(self.typeof(statement.value.name), Structure):
-                raise LoweringError("a kernel returns a structure, whose memory may end with it", loc=self.loc)
+            kind = self.typeof(statement.value.name)
+            if isinstance(kind, Structure) or (isinstance(kind, types.Record) and not self._is_given(statement.value)):
+                what = "structure" if isinstance(kind, Structure) else "record"
+                raise LoweringError(f"a kernel returns a {what}, whose memory may end with it", loc=self.loc)
             for array, room in self._held.values():
                 self.decref(array, self.builder.load(room))
         return super().lower_inst(statement)

@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+from numba import types
+from numba.core.errors import LoweringError
 from numba.core.runtime import _nrt_python, rtsys
+from numba.typed import List
 
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.math.own_room import LARGEST
 
 WIDTH = 4
+ROW = np.dtype([("code", np.int8), ("x", float, (3,)), ("n", np.int64)], align=True)
 
 
 @kernel
@@ -93,6 +97,72 @@ def of_one_of_two(x, which):
     return c[0] + 10.0 * a[1] + 100.0 * b[1]
 
 
+@kernel
+def step_by_step(n):
+    """What a generator keeps from step to step."""
+    a = np.zeros(3)
+    for k in range(n):
+        a[k % 3] += k + 1.0
+        yield a[0] + 10.0 * a[1] + 100.0 * a[2]
+
+
+@kernel
+def added_up(n):
+    total, filler = 0.0, np.zeros(3)
+    for x in step_by_step(n):
+        filler[0] += x
+        total = 3.0 * total + x
+    return total + filler[0]
+
+
+@kernel
+def numbers_of(a):
+    for k in range(len(a)):
+        yield a[k]
+
+
+@kernel
+def row_of(x):
+    table = np.zeros(2, ROW)
+    table[0].x[1] = x
+    table[0].n = 7
+    return table[0]
+
+
+@kernel
+def second_row(table):
+    return table[1]
+
+
+@kernel
+def refused(x):
+    a = np.zeros(3)
+    a[1] = x
+    if x > 1.0:
+        raise ValueError("too large", a)
+    return a[1]
+
+
+@kernel
+def _put_into(lists, a):
+    lists[0].append(a)
+
+
+@kernel
+def put_away(lists, x):
+    a = np.zeros(3)
+    a[0] = x
+    _put_into(lists, a)
+    return 0
+
+
+@kernel
+def of_no_dimension(x):
+    a = np.zeros(())
+    a[()] = x
+    return 2.0 * a[()]
+
+
 @pytest.fixture(scope="module", autouse=True)
 def counted():
     """The heap counts what it is asked for."""
@@ -146,3 +216,36 @@ def test_arrays_that_are_given_away_live_on():
 def test_one_name_for_one_of_two_arrays():
     assert of_one_of_two(3.0, True) == 31.0
     assert of_one_of_two(3.0, False) == 302.0
+
+
+def test_generators_keep_their_arrays():
+    """In plain Python: 1, 21, 321, 325, 375, 975."""
+    assert list(step_by_step(6)) == list(step_by_step.py_func(6)) == [1.0, 21.0, 321.0, 325.0, 375.0, 975.0]
+    assert added_up(6) == added_up.py_func(6)
+    given = numbers_of(np.arange(5000.0))
+    fillers = [np.full(5000, -1.0) for _ in range(20)]
+    assert sum(given) == 4999.0 * 5000.0 / 2.0
+    assert len(fillers) == 20
+
+
+def test_rows_of_own_arrays_cannot_be_returned():
+    """They are addresses, of memory that ends with the function; rows of what was given live on."""
+    with pytest.raises(LoweringError, match="a kernel returns a record, whose memory may end with it"):
+        row_of(2.5)
+    table = np.zeros(2, ROW)
+    table["n"] = 3, 7
+    assert second_row(table)["n"] == 7
+
+
+def test_arrays_in_errors_and_lists_live_on():
+    with pytest.raises(ValueError, match="too large") as told:
+        refused(7.0)
+    np.testing.assert_array_equal(told.value.args[1], (0.0, 7.0, 0.0))
+    kept = List.empty_list(types.float64[::1])
+    for x in (3.0, 4.0):
+        put_away((kept, 1), x)
+    np.testing.assert_array_equal(kept, ((3.0, 0.0, 0.0), (4.0, 0.0, 0.0)))
+
+
+def test_arrays_of_no_dimension():
+    assert of_no_dimension(3.0) == 6.0
