@@ -1,6 +1,7 @@
 """A run whose end is years away says so, with the state it has reached; a long one says what is left, and goes on."""
 
 import warnings
+from dataclasses import replace
 
 import pytest
 from by_turns import slow
@@ -60,6 +61,25 @@ def test_a_long_run_is_told(pendulum, integrator, monkeypatch):
             fmb.simulate(pendulum, t_end=1e6, samples=1001, integrator=integrator)
     assert "the fastest is Body 'bar', " in str(told.value)
     assert "rad/s2)" in str(told.value) or "m/s2)" in str(told.value)
+
+
+def test_a_long_run_in_joint_coordinates_says_why_its_steps_are_slow(pendulum, monkeypatch):
+    """A controller with states makes the steps of `Recursive` those of Python: the way out is `Implicit`."""
+    monkeypatch.setattr(pace, "FIRST", 0.0)
+    monkeypatch.setattr(pace, "FEW", 1)
+    monkeypatch.setattr(pace, "LONG", 0.0)
+    angle = fmb.measured(fmb.JointCoordinate("angle", joint="hinge"))
+    held = replace(
+        pendulum, forces=[fmb.Actuator("motor", joint="hinge", effort=fmb.Pid(-1.0 * angle, kp=9.0, ki=1.0))]
+    )
+    with pytest.warns(fmb.SlowRunWarning) as told:
+        fmb.simulate(held, t_end=2.0, samples=21, formulation=fmb.Recursive())
+    sentence = str(told[0].message)
+    assert "the recursion is over bodies: Block 'pid of motor'" in sentence
+    assert "slower than those of Implicit()" in sentence
+    with pytest.warns(fmb.SlowRunWarning) as told:
+        fmb.simulate(pendulum, t_end=2.0, samples=21, formulation=fmb.Recursive())
+    assert "recursion" not in str(told[0].message)
 
 
 def test_telling_changes_nothing(pendulum, monkeypatch):

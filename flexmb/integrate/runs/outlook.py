@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
+from typing import Any
 
 from flexmb.errors import SlowRunWarning
 from flexmb.integrate.runs.fastest import fastest
@@ -34,7 +36,8 @@ class Outlook:
         its motion grows without bound; tell if it takes long.
         """
         pace, here = self._pace, (integrator, system, work, variables, now)
-        pace.look(now, integrator.statistics(variables))
+        counts = integrator.statistics(variables)
+        pace.look(now, counts)
         gone = self.far_gone(*here) if pace.hopeless else self._runaway.look(*here) if pace.slow else None
         if gone:
             return Status.failed(f"{gone}; {pace.sentence()}", REMEDY_OF_RUNAWAY)
@@ -42,7 +45,15 @@ class Outlook:
             return Status.failed(f"{pace.sentence()}{fastest(*here)}", REMEDY_OF_PACE)
         if pace.long():
             where = f"Model '{system.model.name}', {type(integrator).__name__}"
-            sentence = f"{where}: {pace.sentence()}{fastest(*here)}. Ctrl-C keeps what is computed."
+            sentence = (
+                f"{where}: {pace.sentence()}{fastest(*here)}{_slow_recursion(counts)}. Ctrl-C keeps what is computed."
+            )
             warnings.warn(sentence, SlowRunWarning, stacklevel=2)
             validity.note([sentence])
         return None
+
+
+def _slow_recursion(counts: Mapping[str, Any]) -> str:
+    """Return why the steps of a run in joint coordinates are not compiled, and what is faster, if that is so."""
+    told = counts.get("recursion", "links")
+    return "" if told == "links" else f"; the recursion is over {told}"
