@@ -98,7 +98,7 @@ def _executed(arguments: Sequence[str] | None) -> int:
         return code
     except FlexmbError as error:
         told = in_files_and_options(str(error), "--statics" in _options(command), _at_rest(given))
-        print(f"{command}: {told}", file=sys.stderr)
+        print(f"{command}: {told.removeprefix(f'{command}: ')}", file=sys.stderr)
         return FAILED
     except (KeyboardInterrupt, SystemError, RuntimeError, ImportError) as error:
         if not caused_by_interrupt(error):  # which struck in the first call of a compiled function, or in an import
