@@ -1,6 +1,7 @@
 """Decks on the command line: what is in one, and a body from one without a material."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -156,3 +157,13 @@ def test_lumped_masses_have_a_way_out(deck, tmp_path, capsys):
 def test_rounding_is_printed_as_zero():
     assert numbers(np.array([1.5, -3.7e-20, 2e-9])) == ["1.5", "0", "2e-09"]
     assert numbers(np.full(3, np.nan)) == ["nan"] * 3
+
+
+def test_a_mesh_without_properties_is_told_from_a_deck(capsys):
+    """Gmsh writes elements without a section: what can be done with them is said."""
+    mesh = str(Path(__file__).parents[2] / "meshes" / "bracket_hex8.inp")
+    assert main(["show", mesh, "--units", "m, kg, s"]) == 2
+    told = capsys.readouterr().err
+    assert "no section" in told
+    assert "a mesh without properties: " in told
+    assert "flexmb reduce ... --material steel" in told

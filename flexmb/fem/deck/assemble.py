@@ -20,6 +20,8 @@ from flexmb.model.numbering import Numbering
 
 __all__ = ["assembled"]
 
+MESH_ALONE = "a mesh without properties: fem.solid(fem.read_mesh(...), material), flexmb reduce ... --material steel"
+"""What else a file may be whose elements have no section: programs that draw write such ones."""
 STIFFLESS = 1e-12
 """A freedom whose stiffness is below this share of the largest of its kind (translation, rotation) has none."""
 
@@ -39,7 +41,8 @@ def assembled(deck: Deck, lumped: bool) -> FEModel:
             part,
             found=f"no structural elements; left out: {left:.200}" if left else "no structural elements",
             expected="solids, shells, beams, rods, springs or masses",
-            remedy="Give elements of these kinds, with a section and a material, or the main file of the deck",
+            remedy="Give elements of these kinds, with a section and a material, or the main file of the deck"
+            + (f"; {MESH_ALONE}" if "no section" in left else ""),
         )
     n = len(points)
     blocks = [_grown(block, n) for block in blocks]
