@@ -45,6 +45,8 @@ def without_inertia(tree, links: LinkTree, model) -> CompileError:
 
 
 def _is_stiffened(body) -> bool:
-    """Has a flexible body the geometric stiffness by accelerations that takes from its inertia when it is bent?"""
+    """Has a flexible body geometric stiffness that takes from its inertia when it is bent: by accelerations, or by the
+    wrenches on interfaces, which follow those of what it carries?
+    """
     link = body.modal_link()
-    return link is not None and bool(np.any(link.inertia_stiffening))
+    return link is not None and bool(np.any(link.inertia_stiffening) or np.any(link.interface_stiffening))
