@@ -20,7 +20,7 @@ from flexmb.integrate.matrices import Equations, equations_at
 from flexmb.model.described import Described, is_number
 from flexmb.system.accelerations import solved_accelerations
 from flexmb.system.damped_accelerations import largest, load_sizes, unsolved
-from flexmb.system.mobility import equation_scale
+from flexmb.system.mobility import ROUNDING, equation_scale
 
 __all__ = ["Augmented", "Baumgarte", "NullSpace", "UdwadiaPhohomsiri"]
 
@@ -69,7 +69,7 @@ class _Balanced:
     """Dense equations in velocities that make lengths and angles comparable, each constraint with gradients of size 1.
 
     Without that, equations between rotations of small bodies are so much larger than those between their places that
-    these look dependent: the units of the model would tell which.
+    these look dependent: the units of the model would tell which. What is rounding beside the other gradients stays so.
     """
 
     M: np.ndarray
@@ -78,6 +78,7 @@ class _Balanced:
     f: np.ndarray
     b: np.ndarray
     scale: np.ndarray
+    moves: np.ndarray
 
     @classmethod
     def of(cls, equations: Equations) -> _Balanced:
@@ -85,8 +86,11 @@ class _Balanced:
         M = equations.M.toarray()
         diagonal = np.abs(np.diag(M))
         scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=1.0)))
-        G = equations.G.toarray() * scale
-        rows = _inverse_sizes(G)
+        gradients = equations.G.toarray()
+        largest = np.abs(gradients).max(axis=1, initial=0.0)
+        moves = largest > ROUNDING * largest.max(initial=0.0)
+        G = gradients * scale
+        rows = _inverse_sizes(G, moves)
         return cls(
             M=scale[:, None] * M * scale,
             L=scale[:, None] * equations.L.toarray(),
@@ -94,17 +98,18 @@ class _Balanced:
             f=scale * equations.f,
             b=rows * equations.b,
             scale=scale,
+            moves=moves,
         )
 
     def directions(self) -> np.ndarray:
         """Return the forces of the multipliers (nu, ng), each of size 1."""
-        return self.L * _inverse_sizes(self.L.T)
+        return self.L * _inverse_sizes(self.L.T, self.moves)
 
 
-def _inverse_sizes(rows: np.ndarray) -> np.ndarray:
-    """Return 1 / norm of each row, 1 of rows of zeros."""
+def _inverse_sizes(rows: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    """Return 1 / norm of each row of equations that move something, and of the others 1 / the largest norm."""
     sizes = np.linalg.norm(rows, axis=1)
-    return 1.0 / np.where(sizes > 0.0, sizes, 1.0)
+    return 1.0 / np.where(moves & (sizes > 0.0), sizes, np.max(sizes, initial=0.0) or 1.0)
 
 
 def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:

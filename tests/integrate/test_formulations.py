@@ -10,6 +10,7 @@ from metamorphic.seen import Seen
 from verification import mechanisms
 
 import flexmb as fmb
+from flexmb import fem
 from flexmb.integrate.matrices import equations_at
 from flexmb.system import assemble
 
@@ -81,6 +82,35 @@ def test_a_large_model_in_a_singular_position():
         expected, multipliers = formulation.solve(equations)
         np.testing.assert_allclose(a, expected, atol=1e-9)
         np.testing.assert_allclose(lam, multipliers, atol=1e-6)
+
+
+@pytest.mark.parametrize("formulation", [fmb.NullSpace(), fmb.UdwadiaPhohomsiri()], ids=repr)
+@pytest.mark.parametrize("length", [1.0, 1e-3])
+def test_an_equation_of_rounding_moves_nothing(formulation, length):
+    """The twist of a clamped cable about its tangent: its gradient is 1e-16 in skew axes, and that has no direction."""
+    along = length * np.array([1.0, 2.0, 3.0]) / 14**0.5
+    rope = fmb.AncfCable(
+        "rope",
+        points=[(0, 0, 0), tuple(along)],
+        elements=4,
+        section=fem.Section.solid_circle(0.01 * length),
+        material=fmb.Material(young=1e9, poisson=0.3, density=1000.0),
+    )
+    bodies = [fmb.Ground(), rope]
+    free, start = assemble(fmb.Model(bodies=bodies))
+    work = free.workspace()
+    equations_at(free, start, work)
+    R = work.markers[free.marker_index["rope.start"]]["R"]
+    clamp = fmb.Ground(markers={"clamp": fmb.Pose.axes(x=tuple(R[:, 0]), z=tuple(R[:, 2]))})
+    joint = fmb.Fixed("clamp", markers=("ground.clamp", "rope.start"))
+    system, start = assemble(fmb.Model(bodies=[clamp, rope], joints=[joint], gravity=(0, 0, -9.81)))
+    whole = equations_at(system, start, system.workspace())
+    (idle,) = np.flatnonzero(np.abs(whole.G).max(axis=1).toarray().ravel() < 1e-12)
+    expected, multipliers = formulation.solve(replace(whole, dependent=np.array([idle])))
+    unknown = replace(whole, dependent=np.zeros(0, int), b=np.where(np.arange(system.ng) == idle, 1e-14, whole.b))
+    a, lam = formulation.solve(unknown)
+    np.testing.assert_allclose(a, expected, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(lam, multipliers, atol=1e-6 * np.abs(multipliers).max())
 
 
 def shelf(sides: int) -> fmb.Model:
