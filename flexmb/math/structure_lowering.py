@@ -73,10 +73,8 @@ class _Lower(Lower):
             call = self.fndesc.calltypes[statement]
             return self.lower_setitem(statement.target, statement.index_var, statement.value, call)
         if isinstance(statement, ir.Return):
-            kind = self.typeof(statement.value.name)
-            if isinstance(kind, Structure) or (isinstance(kind, types.Record) and not self._is_given(statement.value)):
-                what = "structure" if isinstance(kind, Structure) else "record"
-                raise LoweringError(f"a kernel returns a {what}, whose memory may end with it", loc=self.loc)
+            if ending := self._ending(statement.value):
+                raise LoweringError(f"a kernel returns a {ending}, whose memory may end with it", loc=self.loc)
             for array, room in self._held.values():
                 self.decref(array, self.builder.load(room))
         return super().lower_inst(statement)
@@ -149,6 +147,20 @@ class _Lower(Lower):
         if isinstance(value, ir.Expr) and value.op in ("getitem", "static_getitem", "cast"):
             return self._is_given(value.value)
         return isinstance(value, ir.Arg) or (isinstance(value, ir.Expr) and value.op == "getattr")
+
+    def _ending(self, value, within: bool = False) -> str:
+        """Return what of a returned value may end with this function, in words; a tuple may hold a given structure."""
+        kind, found = self.typeof(value.name), self._assigned.get(value.name, ())
+        if isinstance(kind, Structure):
+            return "" if within and self._is_given(value) else "structure"
+        if isinstance(kind, types.Record):
+            return "" if self._is_given(value) else "record"
+        if not isinstance(kind, types.BaseTuple):
+            return ""
+        parts = [(one.value, within) for one in found if isinstance(one, ir.Expr) and one.op == "cast"]
+        parts += [(one, within) for one in found if isinstance(one, ir.Var)]
+        parts += [(item, True) for one in found if getattr(one, "op", "") == "build_tuple" for item in one.items]
+        return next(filter(None, (self._ending(*part) for part in parts)), "")
 
     def _source(self, value) -> tuple | None:
         """Return the argument, and the fields in it, that a value is; None if it is not known."""

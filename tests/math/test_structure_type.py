@@ -186,6 +186,36 @@ def test_a_kernel_that_returns_a_structure_is_refused():
         kernel(returned)(outer())
 
 
+@inner_kernel
+def _beside_a_number(y):
+    values = np.zeros(3)
+    values[1] = y
+    return Inner(values, y), 2.0
+
+
+@inner_kernel
+def _given_beside_a_number(o):
+    return o.inner, 2.0
+
+
+def test_nor_does_a_tuple_carry_one_out():
+    """A structure that was given may be in one: it lives on."""
+
+    @kernel
+    def made(y):
+        inner, number = _beside_a_number(y)
+        return inner.values[1] + number
+
+    @kernel
+    def given(o):
+        inner, number = _given_beside_a_number(o)
+        return inner.factor + number
+
+    with pytest.raises(NumbaError, match="a kernel returns a structure, whose memory may end with it"):
+        made(3.0)
+    assert given(outer()) == outer().inner.factor + 2.0
+
+
 def test_contexts_and_flags_that_remember_stand_for_those_of_numba():
     context = cpu_target.typing_context
     assert remembering(context) is remembering(context)
