@@ -277,11 +277,14 @@ def _diameter(r: np.ndarray) -> float:
 
 
 def from_own_axes(body) -> tuple[float, float]:
-    """Return how far an elastic body with a frame is from the origin of its axes, and its size, m; 0, 0 of others."""
+    """Return how far an elastic body with a frame is from the origin of its axes, and its size, m; 0, 0 of others, and
+    of data of a single place, whose size is not known.
+    """
     if not (body.has_frame and body.n_vector):
         return 0.0, 0.0
     least, most = body.bounds()
-    return float(np.linalg.norm(0.5 * (least + most))), float(np.linalg.norm(most - least))
+    size = float(np.linalg.norm(most - least))
+    return (float(np.linalg.norm(0.5 * (least + most))), size) if size > 0.0 else (0.0, 0.0)
 
 
 def warn_of_lost_digits(model, lengths: Lengths) -> None:

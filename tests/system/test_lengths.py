@@ -1,6 +1,7 @@
 """Tolerances from what bodies do to each other: coordinates far away, markers that coincide, models in other units."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -269,3 +270,17 @@ def test_a_body_far_from_its_own_axes():
     said = r"'bar': .*3e\+05 m from its own axes"
     with pytest.warns(ValidityWarning), pytest.raises(fmb.CompileError, match=said):
         fmb.accelerations(bar_away(3e5))
+
+
+def test_data_of_a_single_place_have_no_size():
+    """Without nodes the box is that of the markers: of one marker beside the axes it was a division by zero."""
+    fe = fem.frame(
+        points=np.column_stack([np.linspace(0.0, 1.0, 5), np.zeros(5), np.zeros(5)]),
+        section=fem.Section.rectangle(0.02, 0.01),
+        material=fmb.MATERIALS["steel"],
+    )
+    data = reduction.reduce(fe, {"tip": [4]}, modes=2, stress=False)
+    none = np.zeros((0, 3, data.n_modes))
+    bare = replace(data, nodes=np.zeros((0, 3)), cells=(), shapes=none, rotation_shapes=none)
+    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), fmb.FloatingBody("bar", data=bare)])
+    np.testing.assert_allclose(fmb.accelerations(model)["bar"], [0, 0, -9.81, 0, 0, 0], atol=1e-9)
