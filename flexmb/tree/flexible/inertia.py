@@ -258,11 +258,10 @@ def _add_loads(body, row, c, at, x, v, loads, energy, g, P, L):
                 power = force * rate[i - 6]
             if n < body.shapes:
                 energy[0].load_power += power
-    if body.stiffened > 0:
-        for n in range(body.by_loads + 1):
-            amount = loads[body.first_load + n] if n < body.by_loads else 1.0
-            for j in range(m):
-                L[j, 6] += amount * g[n * filled(m) + j]
+    for n in range(body.by_loads + body.preloaded):
+        amount = loads[body.first_load + n] if n < body.by_loads else 1.0
+        for j in range(m):
+            L[j, 6] += amount * g[n * filled(m) + j]
 
 
 @kernel
@@ -294,7 +293,7 @@ def own_terms(tree, n, work):
     _modal_inertia(body, c, nn, g, K)
     work.energy[0].dissipation += sums[21]
     interfaces = (10 + body.by_inertia) * size
-    if body.shapes > 0 or body.turning > 0 or body.stiffened > 0:
+    if body.shapes + body.turning + body.by_loads + body.preloaded > 0:
         last = by_shape[interfaces + 6 * body.by_interfaces * size :]
         _add_loads(body, row, c, at + 16, tree.x, tree.v, work.loads, work.energy, last, P, L)
     if len(tree.program.forces) > 0:

@@ -25,8 +25,8 @@ from flexmb.tree.rigid.places import BEND, FRAME, LINK, MOUNT, carry, place_ligh
 
 __all__ = ["forget_forces", "gathering", "placing", "ride", "spreading", "write_bodies", "write_place_columns"]
 
-AHEAD = 3
-"""So many runs before they are needed, links are asked for on the way to the root: one flexible body of a chain."""
+AHEAD = 6
+"""So many runs before they are needed, links are asked for on the way to the root: two flexible bodies of a chain."""
 
 NEAR = 600
 """Up to so many runs, all that the passes use stays in the second cache, and asking would only take time."""

@@ -33,7 +33,8 @@ BENT = np.dtype(
         ("stiffened", np.int32),  # matrices of geometric stiffness: 12 of inertia or none,
         ("by_inertia", np.int32),
         ("by_interfaces", np.int32),  # six for each of so many interfaces whose wrench does so,
-        ("by_loads", np.int32),  # one for each load shape or none, and the last one of the preload
+        ("by_loads", np.int32),  # one for each load shape or none,
+        ("preloaded", np.int32),  # and one of the preload or none
         ("shapes", np.int32),  # load shapes
         ("turning", np.int32),  # matrices by which they turn
         ("first_load", np.int32),  # place of the first amount in work.loads
@@ -211,7 +212,7 @@ class Packed:
             data.inertia_stiffening,
             data.interface_stiffening[_stiffening(data)].reshape(-1, m, m),
             data.load_stiffening,
-            data.preload_stiffening[None],
+            data.preload_stiffening[None][: int(np.any(data.preload_stiffening))],
         )
         G = np.concatenate(groups) if any(np.any(group) for group in groups) else np.zeros((0, m, m))
         odd = data.wn1 - np.transpose(data.wn1, (2, 1, 0))
@@ -229,6 +230,7 @@ class Packed:
             "by_inertia": len(data.inertia_stiffening) if len(G) else 0,
             "by_interfaces": len(_stiffening(data)) if len(G) else 0,
             "by_loads": len(data.load_stiffening) if len(G) else 0,
+            "preloaded": int(np.any(data.preload_stiffening)),
             "shapes": len(data.load_shapes),
             "turning": len(data.load_turning),
         }
