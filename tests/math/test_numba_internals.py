@@ -7,12 +7,14 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numba
+import numpy as np
 from numba import njit, types
-from numba.core import config, event
+from numba.core import cgutils, config, event, ir
+from numba.core.analysis import compute_cfg_from_blocks
 from numba.core.caching import NullCache, _Cache
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags, run_frontend
 from numba.core.funcdesc import FunctionDescriptor
 from numba.core.lowering import Lower
 from numba.core.pythonapi import PythonAPI
@@ -24,7 +26,7 @@ from numba.core.typed_passes import BaseNativeLowering, NativeLowering, Nopython
 from numba.core.typing import Signature
 from numba.core.typing.templates import make_intrinsic_template
 from numba.extending import intrinsic
-from numba.np.arrayobj import fancy_setslice
+from numba.np.arrayobj import fancy_setslice, populate_array
 
 from flexmb.math.unequal_sizes import with_sizes
 
@@ -173,6 +175,31 @@ def test_arrays_are_read_without_references():
     array = types.Array(types.float64, 2, "C")
     context = cpu_target.target_context
     assert context.get_abi_sizeof(context.get_data_type(array)) == 8 * (5 + 2 * 2)
+
+
+def test_arrays_of_constant_size_are_found_and_made():
+    """`own_room` reads calls of numpy's functions, loops, and what keeps a function's values when it has ended."""
+
+    def function(x):
+        a = np.zeros(3)
+        for k in range(3):
+            a[k] = x
+        return a[0]
+
+    state = run_frontend(function)
+    graph = compute_cfg_from_blocks(state.blocks)
+    (loop,) = graph.loops().values()
+    assert set(loop.body) < set(state.blocks)
+    assert state.is_generator is False
+    assert cpu_target.typing_context.resolve_value_type(np.zeros).typing_key is np.zeros
+    assert {"size", "name", "zfill"} < set(parameters(cgutils.alloca_once))
+    assert parameters(populate_array) == ("array", "data", "shape", "strides", "itemsize", "meminfo", "parent")
+    assert "if meminfo is None" in inspect.getsource(populate_array)
+    manager = cpu_target.target_context.data_model_manager
+    assert manager[types.Array(types.float64, 1, "C")].contains_nrt_meminfo()
+    assert not manager[types.float64].contains_nrt_meminfo()
+    for raised in (ir.DynamicRaise, ir.DynamicTryRaise):
+        assert issubclass(raised, ir.Stmt)
 
 
 def test_the_error_for_other_sizes_is_asked_for_by_name():
