@@ -12,8 +12,7 @@ from flexmb.math.eights import WIDTH, keep, more, read, same
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import pointer_kernel
 from flexmb.tree.flexible.inertia import own_terms
-from flexmb.tree.flexible.passes import forget_forces, ride, write_place_columns
-from flexmb.tree.flexible.shapes import rate_of_place
+from flexmb.tree.flexible.passes import forget_forces, leave_clamp, ride, write_place_columns
 from flexmb.tree.rigid.closing import pass_on
 from flexmb.tree.rigid.inverse import hold_links, move_links
 from flexmb.tree.rigid.link_tree import PASS
@@ -31,15 +30,7 @@ def _ride_frame(flexible, link, row, of_parent, a):
     carry(row, of_parent.rate, V)
     for i in range(6):
         V[i] += row.bias[i]
-    if body.clamp >= 0:
-        rises = flexible.rises[flexible.places[body.clamp].shapes]
-        p, q, r, u, v, w = rate_of_place(rises, body.m, flexible.present[body.clamp], a, body.rate)
-        V[0] -= p
-        V[1] -= q
-        V[2] -= r
-        V[3] -= u
-        V[4] -= v
-        V[5] -= w
+    leave_clamp(flexible, body, a, V)
 
 
 @inner_kernel

@@ -23,7 +23,16 @@ from flexmb.tree.rigid.link_tree import PASS, SPREAD
 from flexmb.tree.rigid.passes import gather, let_fall, spread
 from flexmb.tree.rigid.places import BEND, FRAME, LINK, MOUNT, carry, place_light, place_links
 
-__all__ = ["forget_forces", "gathering", "placing", "ride", "spreading", "write_bodies", "write_place_columns"]
+__all__ = [
+    "forget_forces",
+    "gathering",
+    "leave_clamp",
+    "placing",
+    "ride",
+    "spreading",
+    "write_bodies",
+    "write_place_columns",
+]
 
 AHEAD = 6
 """So many runs before they are needed, links are asked for on the way to the root: two flexible bodies of a chain."""
@@ -235,6 +244,21 @@ def gathering(tree, work):
             give_wide(row, wide.P, rows[link.parent], parent, run.gives_first == 1)
 
 
+@kernel
+def leave_clamp(flexible, body, a, V):
+    """Make of the rate V (6,) of a flexible body's own marker that of its frame: without what its modes add there."""
+    if body.clamp < 0:
+        return
+    rises = flexible.rises[flexible.places[body.clamp].shapes]
+    p, q, r, u, v, w = rate_of_place(rises, body.m, flexible.present[body.clamp], a, body.rate)
+    V[0] -= p
+    V[1] -= q
+    V[2] -= r
+    V[3] -= u
+    V[4] -= v
+    V[5] -= w
+
+
 @inner_kernel
 def _bend(flexible, link, row, a):
     """Write the modal second rates of a flexible body, of whose frame `row` has the rate with the own marker."""
@@ -251,15 +275,7 @@ def _bend(flexible, link, row, a):
         keep(rates, at, less(read(eta, at), 1.0, totals(p, q, r, u, v, w, x, y)))
     for j in range(m):
         a[body.rate + j] = rates[j]
-    if body.clamp >= 0:
-        rises = flexible.rises[flexible.places[body.clamp].shapes]
-        p, q, r, u, v, w = rate_of_place(rises, m, flexible.present[body.clamp], a, body.rate)
-        V[0] -= p
-        V[1] -= q
-        V[2] -= r
-        V[3] -= u
-        V[4] -= v
-        V[5] -= w
+    leave_clamp(flexible, body, a, V)
 
 
 @kernel
