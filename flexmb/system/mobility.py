@@ -148,7 +148,9 @@ def _of_length_one(G: sparse.csr_matrix, rows, entries, metric: np.ndarray) -> s
     entries = entries * (1.0 / np.sqrt(metric))[G.indices]
     norms = np.sqrt(np.bincount(rows, weights=entries * entries, minlength=G.shape[0]))
     entries = (1.0 / np.where(norms > 0.0, norms, 1.0))[rows] * entries
-    return sparse.csr_matrix((entries, G.indices, G.indptr), shape=G.shape)
+    some = entries != 0.0  # zeros would fill factors
+    starts = np.searchsorted(rows[some], np.arange(G.shape[0] + 1))
+    return sparse.csr_matrix((entries[some], G.indices[some], starts), shape=G.shape)
 
 
 def _without_feathers(metric: np.ndarray, body: np.ndarray) -> np.ndarray:

@@ -79,7 +79,7 @@ def test_no_run_folder(places, verb, capsys):
     [
         ("show", "run", "it is no file", "flexmb report run"),
         ("show", "none.h5", "the file is empty", "copy it again"),
-        ("show", "part.msh", "not an HDF5 file", "flexmb reduce"),
+        ("show", "part.msh", "the file cannot be read", "write it again"),
         ("show", "fall.toml", "it describes a model", "flexmb run fall.toml"),
         ("reduce", "run", "it is a run folder", "flexmb report run"),
         ("reduce", "fall.toml", "it is a model file", "flexmb check fall.toml"),
