@@ -19,6 +19,17 @@ def _joint(pin, kind: str):
     return getattr(pin, f"JointModel{names[kind]}")()
 
 
+def fields_of_body(inertia, at: np.ndarray) -> dict:
+    """Return the fields of a rigid body with Pinocchio's inertia, at a place (4, 4)."""
+    return {
+        "mass": inertia.mass,
+        "inertia": inertia.inertia,
+        "center_of_mass": inertia.lever,
+        "at": at[:3, 3],
+        "rotation": at[:3, :3],
+    }
+
+
 class Twin:
     """A random tree in Pinocchio, `theirs` with `data`, and here, `tree`.
 
@@ -44,15 +55,7 @@ class Twin:
             inertia = self._inertia(rng, length, mass)
             self.theirs.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
             at.append(at[parent] @ seat.homogeneous)
-            fields.append(
-                {
-                    "mass": inertia.mass,
-                    "inertia": inertia.inertia,
-                    "center_of_mass": inertia.lever,
-                    "at": at[k][:3, 3],
-                    "rotation": at[k][:3, :3],
-                }
-            )
+            fields.append(fields_of_body(inertia, at[k]))
             back = kind in ("turn", "slide") and rng.uniform() < 0.4
             self.limbs.append((kind, -1.0 if back else 1.0))
             if free:

@@ -5,6 +5,7 @@ poses, inverse dynamics, accelerations, energy.
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from tree.pinocchio_trees import fields_of_body
 
 import flexmb as fmb
 
@@ -49,15 +50,7 @@ def both(pin, rng):
         inertia = pin.Inertia(1.0 + rng.uniform(), 0.2 * rng.normal(size=3), 0.1 * (np.trace(J) * np.eye(3) - J))
         theirs.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
         at.append(at[parent] @ seat.homogeneous)
-        bodies.append(
-            {
-                "mass": inertia.mass,
-                "inertia": inertia.inertia,
-                "center_of_mass": inertia.lever,
-                "at": at[k][:3, 3],
-                "rotation": at[k][:3, :3],
-            }
-        )
+        bodies.append(fields_of_body(inertia, at[k]))
         if not free:
             markers[parent][f"to_{k}"] = fmb.Pose(seat.translation, seat.rotation)
             markers[k]["in"] = (0, 0, 0)

@@ -199,12 +199,11 @@ def simulate(
     integrator = chosen_integrator(model, integrator, formulation)
     require_method(model, integrator, "simulate")
     require_time_limit(time_limit, "simulate")
-    times = sample_times(t_start, t_end, samples)
+    times, told = sample_times(t_start, t_end, samples), []
     require_orbit(model, float(times[-1]))
     compile_ahead_of_run(model, integrator)
     clock = time.perf_counter()
     state = None if start is None else state_at(start, model, t_start)
-    told: list[str] = []
     with listening() as heard:  # whatever is wrong shows before a file is made
         assembled = _assembled(model, integrator, t_start, state, told)
     return run_assembled(

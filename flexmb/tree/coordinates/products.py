@@ -16,6 +16,7 @@ from flexmb.math.weights import weigh
 from flexmb.system.program import evaluate
 from flexmb.tree.coordinates.joint_torques import gather_torques
 from flexmb.tree.coordinates.no_inertia import without_inertia
+from flexmb.tree.rigid.links import require_known_forces
 from flexmb.tree.rigid.products import link_product, link_solution, link_torques
 
 __all__ = ["mass_product", "mass_solution", "torques"]
@@ -35,18 +36,6 @@ def _require_tree(tree) -> None:
         )
 
 
-def _require_known_forces(tree) -> None:
-    """Raise CompileError if a force depends on reactions, which the recursion to the forces of joints does not find."""
-    for force in tree.model.forces:
-        if force.reads_reactions:
-            raise CompileError(
-                force.title,
-                found="a force that depends on reactions",
-                expected="forces of place and motion",
-                remedy="Use fmb.inverse_dynamics with drives, which finds the reactions too, or leave it out",
-            )
-
-
 def _of_bodies(tree, q, v, a, t: float) -> np.ndarray:
     """Return the forces (nv,) by the equations of all bodies, eq. (tree-torques)."""
     work = tree.work
@@ -61,7 +50,9 @@ def _of_bodies(tree, q, v, a, t: float) -> np.ndarray:
 def torques(tree, q, v, a, t: float) -> np.ndarray:
     """Return the forces (nv,) that a motion needs, see `JointTree.torques`."""
     _require_tree(tree)
-    _require_known_forces(tree)
+    require_known_forces(
+        tree.model, "Use fmb.inverse_dynamics with drives, which finds the reactions too, or leave it out"
+    )
     links = tree.invertible_links
     if links is None:
         return _of_bodies(tree, q, v, a, t)

@@ -13,7 +13,7 @@ from flexmb.tree.coordinates.motions import FREE, POINTS
 from flexmb.tree.flexible.tables import BENT, PLACE, Flexible, Packed, new_flexible, wide_places
 from flexmb.tree.rigid.places import BALL, BEND, FIXED, FRAME, LINK, MOUNT, SINGLE
 
-__all__ = ["MARK", "Drawn", "link_marks", "link_rows"]
+__all__ = ["MARK", "Drawn", "link_marks", "link_rows", "require_known_forces"]
 
 MARK = np.dtype(
     [
@@ -45,6 +45,18 @@ class _Modal:
         return self._known[source]
 
 
+def require_known_forces(model, remedy: str) -> None:
+    """Raise CompileError if a force depends on reactions, which passes over links do not find."""
+    for force in model.forces:
+        if force.reads_reactions:
+            raise CompileError(
+                force.title,
+                found="a force that depends on reactions",
+                expected="forces of place and motion",
+                remedy=remedy,
+            )
+
+
 def _check(tree, modal: _Modal) -> None:
     """Raise CompileError for what the algorithm in link axes does not know."""
     for name, row in zip(tree.tree.order, tree.rows, strict=True):
@@ -68,14 +80,9 @@ def _check(tree, modal: _Modal) -> None:
             expected="forces of place and motion",
             remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every force",
         )
-    for force in tree.model.forces:
-        if force.reads_reactions:
-            raise CompileError(
-                force.title,
-                found="a force that depends on reactions",
-                expected="forces of place and motion",
-                remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every force",
-            )
+    require_known_forces(
+        tree.model, "Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every force"
+    )
 
 
 def _frame(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ Products with M and its inverse take links in the still: without rates, weight a
 
 from __future__ import annotations
 
-from flexmb.math.kernel import kernel
+from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.coordinates.settle import unit_length
 from flexmb.tree.flexible import inverse as flexible_inverse
 from flexmb.tree.rigid import inverse as rigid_inverse
@@ -20,6 +20,15 @@ def invertible(tree: LinkTree) -> LinkTree:
     passes = flexible_inverse if len(tree.flexible.bodies) else rigid_inverse
     tree.run[0].invert = passes.inverting.compiled.address
     return tree
+
+
+@inner_kernel
+def _place_at_rest(tree, work):
+    """Place the links at tree.x without rates, weight and forces, until run.still is cleared."""
+    unit_length(tree.chart.rows, tree.x)
+    tree.v[:] = 0.0
+    tree.run[0].still = 1
+    call_pass(tree.run[0].place, tree, work)
 
 
 @kernel
@@ -38,10 +47,7 @@ def link_torques(tree, work, t):
 @kernel
 def link_product(tree, work):
     """Write the product of the mass matrix at tree.x with tree.a to tree.tau."""
-    unit_length(tree.chart.rows, tree.x)
-    tree.v[:] = 0.0
-    tree.run[0].still = 1
-    call_pass(tree.run[0].place, tree, work)
+    _place_at_rest(tree, work)
     call_pass(tree.run[0].invert, tree, work)
     tree.run[0].still = 0
 
@@ -53,11 +59,8 @@ def link_solution(tree, work, t):
     The run's `failed` is -1, or the link whose motion has no inertia.
     """
     c, chart, program = tree.closing, tree.chart, tree.program
-    unit_length(chart.rows, tree.x)
-    tree.v[:] = 0.0
     tree.a[:] = 0.0
-    tree.run[0].still = 1
-    call_pass(tree.run[0].place, tree, work)
+    _place_at_rest(tree, work)
     if len(c.equations) > 0:
         pose_links(tree)
         place_marks(tree, work)
