@@ -191,7 +191,7 @@ class Pod(metaclass=Described):
 
     def vectors(self, framed: FramedBody, modes: int) -> np.ndarray:
         """Return the principal displacements, by energy, or `modes` of them, with the static responses if asked for."""
-        value, principal = self._principal(framed)
+        value, principal = framed.once(self, lambda: self._principal(framed))
         if modes > len(value):
             raise _wrong("Pod", f"{modes} modes asked for", f"at most {len(value)}, the displacements that differ in "
                          f"{self._count} snapshots", "Ask for fewer modes, or give more snapshots")  # fmt: skip
@@ -201,7 +201,7 @@ class Pod(metaclass=Described):
         return orthonormal_blocks(framed.body.fe.M, [principal[:, :count], *static])
 
     def most(self, framed: FramedBody, modes: int) -> int:
-        return min(modes, len(self._principal(framed)[0]))
+        return min(modes, len(framed.once(self, lambda: self._principal(framed))[0]))
 
     @property
     def _count(self) -> int:

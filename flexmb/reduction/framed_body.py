@@ -6,7 +6,9 @@ a frame that is clamped at an interface holds the body there. Everything comes f
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -62,6 +64,7 @@ class FramedBody:
         self._loads, self._joining = loads, loads if joining is None else joining
         self._modes = NormalModes(np.zeros((body.fe.ndof, 0)), np.zeros(0))
         self._all_found = False
+        self._found: dict[Hashable, Any] = {}
 
     def freed(self) -> FramedBody:
         """Return the body in the Buckens frame: what is said of errors does not depend on the frame."""
@@ -72,7 +75,7 @@ class FramedBody:
     def without_joining(self) -> FramedBody:
         """Return the body without loads that join the basis; modes that are known stay known."""
         alone = FramedBody(self.body, self.frame, self._markers, self._loads, self._loads[:, :0])
-        alone._modes, alone._all_found = self._modes, self._all_found
+        alone._modes, alone._all_found, alone._found = self._modes, self._all_found, self._found
         return alone
 
     @cached_property
@@ -123,6 +126,12 @@ class FramedBody:
             return self.body.solve_free(forces)
         where = self.body.slices[self.frame]
         return self.body.solve_supported(forces, np.arange(where.start, where.stop))
+
+    def once(self, key: Hashable, find: Callable[[], Any]) -> Any:
+        """Return what `find` returned when this key was asked for first. It must not depend on loads."""
+        if key not in self._found:
+            self._found[key] = find()
+        return self._found[key]
 
     def modes(self, count: int) -> NormalModes:
         """Return the lowest elastic modes in this frame: `count`, or as many as there are."""
