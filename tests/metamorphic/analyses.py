@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 
 import numpy as np
@@ -79,7 +80,9 @@ def analysed(model: fmb.Model, how: str, seen: Seen = PLAIN, end: float = END) -
         )
         return _of_sensors(solution, seen)
     if how == "statics":
-        solution = fmb.statics(model, t=seen.t * seen.time)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("error", "(?s).*the equilibrium is unstable", fmb.ValidityWarning)
+            solution = fmb.statics(model, t=seen.t * seen.time)
         # a body may turn about its own axis without a force: the place of such a body is no result
         kept = ("force", "energy")
         return {name: values[-1:] for name, values in _of_sensors(solution, seen).items() if name.endswith(kept)}
