@@ -28,7 +28,7 @@ def without_inertia(tree, links: LinkTree, model) -> CompileError:
         return CompileError(
             where,
             found="with these modal coordinates it is bent so far that its geometric stiffness by accelerations takes "
-            "more than the inertia of its modes",
+            "all the inertia of a motion of its modes",
             expected="deflections that are small beside the size of the body",
             remedy="Give smaller modal coordinates, or reduce the body with fewer modes",
         )

@@ -12,6 +12,12 @@ from flexmb.tree.flexible.six_rows import add_six, keep_six, read_six
 
 __all__ = ["add_links", "eliminate", "hang", "stiffened_columns"]
 
+LEAST, MOST = 1e-4, 2.0
+"""A pivot between these parts of what stood in its place at first needs no exchange of rows."""
+
+SINGULAR = 1e-15
+"""A pivot below this part of what stood in its place is rounding."""
+
 
 @kernel
 def stiffened_columns(s, m, products, E, loaded):
@@ -89,18 +95,54 @@ def hang(E, loaded, m, P, K, L, B):
         keep(L, (j, 0), _less_columns(read(L, (j, 0)), loaded, j, a, b, c, d, e, f))
 
 
+@inner_kernel
+def _exchange(k, m, K, L, pivots):
+    """Bring the largest entry of column k on or below the diagonal to the diagonal; 0.0 if there is none, else it.
+
+    pivots : (m,) the row that came to each place, -1 first: no row has been exchanged yet
+    """
+    if pivots[0] < 0:
+        for i in range(m):
+            pivots[i] = i
+    p = k
+    for i in range(k + 1, m):
+        if abs(K[i, k]) > abs(K[p, k]):
+            p = i
+    pivots[k] = p
+    if p != k:
+        for at in range(0, m, WIDTH):
+            x = read(K, (k, at))
+            keep(K, (k, at), read(K, (p, at)))
+            keep(K, (p, at), x)
+        x = read(L, (k, 0))
+        keep(L, (k, 0), read(L, (p, 0)))
+        keep(L, (p, 0), x)
+    return K[k, k]
+
+
 @kernel
-def eliminate(m, P, K, L, B):
+def eliminate(m, P, K, L, B, usual, pivots):
     """Replace K by its factors, L by K^-1 L, P by P - B K^-1 L; False if a motion of the modes has no inertia.
 
-    Without exchange of rows: K is a mass matrix, but for what accelerations do to bent bodies. The factors are those of
-    Crout: the upper one has a unit diagonal, and of the lower one's diagonal the inverse numbers are kept.
+    K is a mass matrix, but for what accelerations do to bent bodies. A mass matrix needs no exchange of rows: its
+    pivots are positive, and none exceeds what stood in its place. Where that does not hold, rows are exchanged from
+    there on. The factors are those of Crout: the upper one has a unit diagonal, and of the lower one's diagonal the
+    inverse numbers are kept.
+
+    usual : (m,) scratch
+    pivots : (m,) rows that were exchanged, one by one; -1 first if none was
     """
     zero = same(0.0)
+    pivots[0] = -1
     for k in range(m):
-        if not K[k, k] > 1e-300:
-            return False
-        f, begin = 1.0 / K[k, k], k // WIDTH * WIDTH
+        usual[k] = K[k, k]
+    for k in range(m):
+        pivot = K[k, k]
+        if pivots[0] >= 0 or not (LEAST * usual[k] < pivot < MOST * usual[k]):
+            pivot = _exchange(k, m, K, L, pivots)
+            if not abs(pivot) > max(SINGULAR * abs(usual[k]), 1e-300):
+                return False
+        f, begin = 1.0 / pivot, k // WIDTH * WIDTH
         lane, own = k - begin, read(K, (k, begin))
         row, of_k = only_after(times(f, own), zero, lane), times(f, read(L, (k, 0)))
         keep(K, (k, begin), put(only_after(row, own, lane), lane, f))

@@ -51,8 +51,12 @@ def _collect(tree, body, W, wrench, e, loads):
 
 
 @inner_kernel
-def _solve_modes(K, m, x):
+def _solve_modes(K, m, pivots, x):
     """Solve with the factors of the modal block, as `eliminate` leaves them; the solution replaces x (m,)."""
+    if pivots[0] >= 0:
+        for i in range(m):
+            p = pivots[i]
+            x[i], x[p] = x[p], x[i]
     for i in range(m):
         for j in range(i):
             x[i] -= K[i, j] * x[j]
@@ -73,7 +77,7 @@ def _leave_body(tree, link, W, own, push, give, rows, wrench):
     _collect(tree, body, own, wrench, rows, 0)
     for j in range(m):
         give[j] = push[j]
-    _solve_modes(K, m, give)
+    _solve_modes(K, m, flexible.pivots[body.kept], give)
     for i in range(6):
         for j in range(m):
             W[i] -= B[i, j] * give[j]
@@ -176,7 +180,7 @@ def factorising(tree, work):
     _mobilities(tree)
     most = 0.0
     for i in range(len(c.equations)):
-        most = max(most, c.A[c.row[i] + i - c.first[i]] / c.mobility[i])
+        most = max(most, abs(c.A[c.row[i] + i - c.first[i]]) / c.mobility[i])
     least = max(RANK * most, ROUNDING)
     for i in range(len(c.equations)):
         at, low = c.row[i] - c.first[i], c.first[i]
@@ -190,12 +194,12 @@ def factorising(tree, work):
         pivot = c.A[at + i]
         for j in range(low, i):  # from products with the pivots to the factors
             x, y = c.L[at + j], U[at + j]
-            if c.d[j] > 0.0:
+            if c.d[j] != 0.0:
                 pivot -= x * y / c.d[j]
                 c.L[at + j], U[at + j] = x / c.d[j], y / c.d[j]
             else:
                 c.L[at + j], U[at + j] = 0.0, 0.0
-        c.d[i] = pivot if pivot > least * c.mobility[i] else 0.0
+        c.d[i] = pivot if abs(pivot) > least * c.mobility[i] else 0.0
 
 
 @inner_kernel
@@ -208,7 +212,7 @@ def _multipliers(tree):
         for j in range(c.first[i], i):
             x[i] -= c.L[at + j] * x[j]
     for i in range(len(x)):
-        x[i] = x[i] / c.d[i] if c.d[i] > 0.0 else 0.0
+        x[i] = x[i] / c.d[i] if c.d[i] != 0.0 else 0.0
     for i in range(len(x) - 1, -1, -1):
         at = c.row[i] - c.first[i]
         for j in range(c.first[i], i):

@@ -180,7 +180,7 @@ def _gather_body(tree, work, link, row):
         hang(E, loaded, m, P, K, L, B)
     for j in range(m):
         L[j, 6] -= tree.tau[body.rate + j]
-    if not eliminate(m, P, K, L, B):
+    if not eliminate(m, P, K, L, B, flexible.scratch[1], flexible.pivots[body.kept]):
         return False
     for j in range(m):
         eta[j] = -L[j, 6]

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from flexmb.math.eights import WIDTH
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, structure
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Integers, structure
 from flexmb.model.modal_link import ModalLink
 from flexmb.tree.rigid.places import BEND, LINK_STATE, MOUNT
 
@@ -124,6 +124,8 @@ class Flexible(NamedTuple):
     """(nb, mm, 8) of the bodies: K^-1 (L, h)"""
     K: Cubes
     """(nk, mm, mm) factors; kept of every body where loops need them"""
+    pivots: IntegerRows
+    """(nk, mm) rows that the factorisation exchanged, see `eliminate`"""
     B: Cubes
     """(nk, 6, mm)"""
     eta: FloatRows
@@ -368,6 +370,7 @@ def new_flexible(links, bodies, places, packed: Packed, wide_of, numbers: int, p
         loaded=_zeros((loaded, 6, most)),
         L=_zeros((nb, most, 8)),
         K=_zeros((kept, most, most)),
+        pivots=np.full((kept, most), -1, np.int64),
         B=_zeros((kept, 6, most)),
         eta=_zeros((nb, most)),
         scratch=_zeros((2, size)),

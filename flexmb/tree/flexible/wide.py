@@ -113,8 +113,8 @@ def _open_single(link, row, P, gain, tau):
     for i in range(6):
         gain[i] = t * P[i, 2] + s * P[i, 5]
         row.gain[i] = t * P[2, i] + s * P[5, i]
-    D = t * gain[2] + s * gain[5]
-    if not D > 1e-300:
+    D = t * gain[2] + s * gain[5]  # negative beyond a body that is bent so far that it takes more than all inertia
+    if not abs(D) > 1e-300:
         return False
     D = 1.0 / D
     row.mobility = D

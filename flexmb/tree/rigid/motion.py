@@ -307,7 +307,7 @@ def closure(tree, work, t, bounds, gaps, level):
         for n in range(len(c.equations)):
             k = c.equations[n]
             c.x[n] = -work.equations[k].g if level[k] == 0 else 0.0
-            largest = max(largest, abs(c.x[n]) / bounds[k] if c.d[n] > 0.0 else 0.0)
+            largest = max(largest, abs(c.x[n]) / bounds[k] if c.d[n] != 0.0 else 0.0)
             closed = closed and abs(c.x[n]) <= max(gaps[k], bounds[k])
         if not np.isfinite(largest):
             return
