@@ -11,7 +11,7 @@ from flexmb.errors import ReductionError
 from flexmb.fem.fe_model import FEModel
 from flexmb.reduction.interfaces import DIRECTIONS, Coupling
 
-__all__ = ["check_connected", "check_grounding", "check_mass", "mechanism"]
+__all__ = ["beside_largest", "check_connected", "check_grounding", "check_mass", "mechanism"]
 
 _GROUNDED = 1e-5  # relative force of a rigid motion above which the stiffness matrix is grounded
 
@@ -32,6 +32,11 @@ def mechanism(fe: FEModel, freedom: int, found: str, *, held: bool = True) -> Re
     )
 
 
+def beside_largest(energy: np.ndarray) -> str:
+    """Return words for the least of energies in ascending order beside the largest; none if all are zero."""
+    return f" (relative {energy[0] / energy[-1]:.0e})" if energy[-1] != 0.0 else ""
+
+
 def _held_by(fe: FEModel) -> str:
     """Return words for the supports of the file, which may be all that holds the part together."""
     return f". The file holds it by '{next(iter(fe.supports))}': name that as an interface" if fe.supports else ""
@@ -39,7 +44,11 @@ def _held_by(fe: FEModel) -> str:
 
 def check_connected(fe: FEModel, couplings: Sequence[Coupling]) -> None:
     """Raise if the elements and interfaces form more than one connected part."""
-    blocks, of_freedom = sparse.csgraph.connected_components(fe.K, directed=False)
+    K = fe.K
+    if not np.all(K.data):  # zeros are places of the matrix, and join nothing
+        K = K.copy()
+        K.eliminate_zeros()
+    blocks, of_freedom = sparse.csgraph.connected_components(K, directed=False)
     edges = [np.column_stack([blocks + fe.dofs[:, 0], of_freedom])]
     edges += [blocks + np.column_stack([np.full(len(c.nodes), c.nodes[0]), c.nodes]) for c in couplings]
     pairs = np.vstack(edges)

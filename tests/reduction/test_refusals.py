@@ -312,3 +312,43 @@ def test_interface_on_a_linked_node():
         linked,
         {"a": [0], "b": [3]},
     )
+
+
+def spring_between(nodes, i: int, j: int, stiffness) -> np.ndarray:
+    """Return the stiffness of a spring between two nodes of six freedoms, which acts at the second one."""
+    x, y, z = nodes[j] - nodes[i]
+    moved = np.eye(6)
+    moved[:3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+    G = np.zeros((6, 6 * len(nodes)))
+    G[:, 6 * i : 6 * i + 6], G[:, 6 * j : 6 * j + 6] = -moved, np.eye(6)
+    return G.T @ np.diag(stiffness) @ G
+
+
+def in_a_row(K) -> fem.FEModel:
+    """Return lumped masses in a row with a stiffness, whose entries of zero stay."""
+    n = len(K.toarray()) // 6
+    nodes = np.array([(k, 0.0, 0.0) for k in range(n)])
+    M = sparse.diags_array([1.0, 1.0, 1.0, 0.25, 0.25, 0.25] * n).tocsr()
+    return fem.FEModel(K=K, M=M, nodes=nodes, dofs=np.array([(k, d) for k in range(n) for d in range(6)]))
+
+
+@pytest.mark.parametrize("basis", ["CraigBampton", "Rubin"])
+@pytest.mark.parametrize("stiffness", [(1, 0, 0, 0, 0, 0), (1, 1, 1, 0, 0, 0), (1, 1, 1, 1, 1, 0)], ids=str)
+def test_a_spring_that_does_not_resist_all_motions_of_two_interfaces(stiffness, basis):
+    """Exact zeros of the condensed stiffness were divided by, and ended in an error of the eigenvalue solver."""
+    K = 2.0**30 * spring_between(np.array([(0.0, 0, 0), (1, 0, 0)]), 0, 1, stiffness)
+    with pytest.raises(ReductionError, match=r"a mechanism: node . at .*interfaces move against each other without"):
+        reduction.reduce(in_a_row(sparse.csr_array(K)), {"a": [0], "b": [1]}, 0, basis=basis)
+
+
+@pytest.mark.parametrize("basis", ["CraigBampton", "Rubin"])
+@pytest.mark.parametrize(("link", "told"), [(0.0, "2 parts that are not connected"), (1e-310, "a mechanism")])
+def test_interfaces_that_only_zeros_or_the_least_numbers_join(link, told, basis):
+    """Each interface holds a stiff part rigidly, and what is between the two has no energy at all."""
+    nodes = np.array([(float(k), 0, 0) for k in range(4)])
+    ends = 2.0**30 * (spring_between(nodes, 0, 1, np.ones(6)) + spring_between(nodes, 2, 3, np.ones(6)))
+    between = spring_between(nodes, 1, 2, np.ones(6))
+    i, j = np.nonzero(ends + between)
+    K = sparse.csr_array(((ends + link * between)[i, j], (i, j)), shape=ends.shape)
+    with pytest.raises(ReductionError, match=told):
+        reduction.reduce(in_a_row(K), {"a": [0, 1], "b": [2, 3]}, 0, basis=basis)
