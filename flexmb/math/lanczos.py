@@ -60,6 +60,8 @@ def lowest_modes(
     )  # columns take memory when they are written
     T = np.zeros((0, 0))
     Q, MQ = _orthonormal(solve(mass(first)), mass, V[:, :0])
+    if not Q.shape[1]:  # nothing with mass moves
+        return np.zeros(0), np.zeros((n, 0))
     while True:
         p = Q.shape[1]
         if k + p > V.shape[1]:

@@ -18,6 +18,8 @@ from flexmb.reduction.selection import nodes_of
 __all__ = ["Averaging", "Coupling", "Nodes", "Rigid", "independent_columns", "offered", "resolve", "rigid_block"]
 
 DIRECTIONS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
+MOST_BARE = 1000
+"""Bare nodes of an interface: of 4600 freedoms the reduction takes a quarter of an hour, and the third power of it."""
 _FLAT = 1e-6  # a node set this thin, relative to its radius, has no rotation about its axis
 
 
@@ -151,9 +153,12 @@ def resolve(fe: FEModel, interfaces: Mapping[str, Any]) -> list[Coupling]:
     for a, b in combinations(couplings, 2):
         common = np.intersect1d(a.nodes, b.nodes)
         if len(common):
+            every = len(np.unique(fe.dofs[:, 0]))
+            whole_part = next((c.name for c in (a, b) if len(c.nodes) == every), None)
             raise ReductionError(
                 f"Interfaces '{a.name}' and '{b.name}'",
-                found=f"{len(common)} common nodes, first {fe.node_name(common[0])}",
+                found=f"{len(common)} common nodes, first {fe.node_name(common[0])}"
+                + (f"; '{whole_part}' has all {every} nodes of the part" if whole_part is not None else ""),
                 expected="interfaces without common nodes",
                 remedy="Shrink one of the groups in the mesh, or join both into one interface",
             )
@@ -169,6 +174,15 @@ def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
     nodes = nodes_of(fe, kind.where, part)
     rows = np.flatnonzero(np.isin(fe.dofs[:, 0], nodes))
     if isinstance(kind, Nodes):
+        if len(nodes) > MOST_BARE:
+            raise ReductionError(
+                part,
+                found=f"{kind.where!r:.80} selects {len(nodes)} of {len(np.unique(fe.dofs[:, 0]))} nodes, and each "
+                "becomes an interface by itself",
+                expected=f"at most {MOST_BARE} bare nodes: a body has a shape for each of their freedoms",
+                remedy="Name fewer nodes, or make one interface of them: reduction.Rigid(...) or "
+                "reduction.Averaging(...), in the shell GROUP or averaging:GROUP",
+            )
         return [_bare(fe, name if len(nodes) == 1 else f"{name}_{node}", node) for node in nodes]
     point = _center(fe, kind.where, nodes) if kind.at is None else finite_array(kind.at)
     if point.shape != (3,):
@@ -180,6 +194,15 @@ def _couple(fe: FEModel, name: str, where, whole: np.ndarray) -> list[Coupling]:
         )
     if isinstance(kind, Averaging):
         return [_averaging(fe, name, kind, nodes, rows, point, whole, of_deck)]
+    if len(rows) == fe.ndof:
+        raise ReductionError(
+            part,
+            found=f"{kind.where!r:.80} selects all {len(nodes)} nodes of FE model '{fe.name}', which an interface "
+            "makes rigid",
+            expected="nodes of the place where a joint takes hold; others that can deform",
+            remedy="Name a surface of the part rather than its volume, take reduction.Averaging(...) (in the shell "
+            "averaging:GROUP) for the mean of all nodes, or describe the part as a RigidBody",
+        )
     block = rigid_block(fe, rows, point)
     freedoms = _full_motion(fe, part, block, nodes, point, whole, "reduction.Nodes(...) for a hinge-free bare node")
     return [Coupling(name, point, nodes, rows, block[:, freedoms], freedoms)]

@@ -8,6 +8,7 @@ import flexmb as fmb
 from flexmb.cli import main
 
 MESH = str(Path(__file__).parents[2] / "meshes" / "bracket_hex8.msh")
+CONROD = str(Path(__file__).parents[2] / "meshes" / "conrod.msh")
 
 
 @pytest.fixture(autouse=True)
@@ -130,6 +131,10 @@ def test_shells(thickness, capsys):
         (
             [MESH, "--interface", "a=foot", "--interface", "a=load"],
             ("--interface a=load: a name that is used twice",),
+        ),
+        (
+            [CONROD, "--interface", "big=conrod"],
+            ("Interface 'big': 'conrod' selects all", "Name a surface of the part", "averaging:GROUP"),
         ),
         ([MESH, "--interface", "a=fot"], ("the group 'fot' does not exist", "Did you mean 'foot'?")),
         (

@@ -47,3 +47,9 @@ def test_fewer_masses_than_asked_modes():
     flexibility = np.linalg.inv(K.toarray())[:10, :10]
     np.testing.assert_allclose(w2, 1.0 / eigh(flexibility, eigvals_only=True)[::-1], rtol=1e-10)
     assert X.shape == (40, 10)
+
+
+def test_a_body_of_which_nothing_with_mass_moves_has_no_modes():
+    w2, X = lowest_modes(lambda x: 0.0 * x, lambda x: x, 12, 6)
+    assert w2.shape == (0,)
+    assert X.shape == (12, 0)

@@ -352,3 +352,30 @@ def test_interfaces_that_only_zeros_or_the_least_numbers_join(link, told, basis)
     K = sparse.csr_array(((ends + link * between)[i, j], (i, j)), shape=ends.shape)
     with pytest.raises(ReductionError, match=told):
         reduction.reduce(in_a_row(K), {"a": [0, 1], "b": [2, 3]}, 0, basis=basis)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"modes": 0}, {"modes": "up to 500 Hz within 1 %"}, {"basis": "Rubin"}, {"basis": "Balanced"}],
+    ids=str,
+)
+def test_a_rigid_interface_of_all_nodes(fe, options):
+    """Nothing is left that deforms: without modes and with other bases it was an IndexError of the eigensolver."""
+    model = replace(fe, node_sets={**fe.node_sets, "volume": np.arange(len(fe.nodes))})
+    everything = rf"Interface 'big': 'volume' selects all {len(fe.nodes)} nodes of FE model 'block'.*Name a surface"
+    assert_refused(everything, model, {"big": "volume"}, **options)
+
+
+def test_an_interface_of_all_nodes_beside_others(fe):
+    model = replace(fe, node_sets={**fe.node_sets, "volume": np.arange(len(fe.nodes))})
+    match = rf"Interfaces 'a' and 'big': \d+ common nodes.*'big' has all {len(fe.nodes)} nodes of the part"
+    assert_refused(match, model, {"a": "left", "big": reduction.Averaging("volume")})
+    assert reduction.reduce(model, {"big": reduction.Averaging("volume")}, 4).n_modes == 4
+
+
+def test_bare_nodes_of_a_whole_mesh(monkeypatch):
+    """Each is an interface of its own: of a mesh of some thousand nodes the reduction would not end."""
+    model = block()
+    monkeypatch.setattr("flexmb.reduction.interfaces.MOST_BARE", 20)
+    match = rf"Interface 'big': \[0, 1.* selects {len(model.nodes)} of {len(model.nodes)} nodes.*at most 20 bare nodes"
+    assert_refused(match, model, {"big": reduction.Nodes(list(range(len(model.nodes))))})
