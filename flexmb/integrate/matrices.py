@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import sparse
 
-from flexmb.math.block_pattern import blocks, stored
+from flexmb.math.block_pattern import stored
 from flexmb.math.weights import weigh
 from flexmb.system.mobility import still_dependent
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate
@@ -92,7 +92,7 @@ def equations_at(system, state, work, a: np.ndarray | None = None, lam: np.ndarr
     M, L, G = S[:nu, :nu], -S[:nu, nu:], S[nu:, :nu]
     dependent = np.zeros(0, int)
     if system.redundant:
-        dependent = still_dependent(M, G, blocks(system.program.pattern), system.redundant)
+        dependent = still_dependent(system, M, G)
     return Equations(
         M=M,
         L=L,

@@ -25,6 +25,7 @@ from flexmb.system.complaints import equations_of_forces
 from flexmb.system.fit import misfits, require_fit
 from flexmb.system.lengths import described_lengths, velocity_units, warn_of_lost_digits
 from flexmb.system.mobility import constraint_matrix
+from flexmb.system.needles import warn_of_needles
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate, increment
 from flexmb.system.projection import project
 from flexmb.system.stations import warn_of_stations
@@ -145,6 +146,7 @@ class Alike:
         known = drawn_alike and self.sized and np.array_equal(self.system.lengths.are_lengths, forces)
         lengths = self.system.lengths if known else described_lengths(system, inertia, forces)
         warn_of_lost_digits(model, lengths)
+        warn_of_needles(model)
         warn_of_stations(model)
         system = replace(
             system, lengths=lengths, units=velocity_units(system, lengths, inertia), gaps=np.zeros(system.ng)

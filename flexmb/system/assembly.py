@@ -9,7 +9,6 @@ from scipy import sparse
 
 from flexmb.errors import CompileError
 from flexmb.math.block_lu import lu_factor
-from flexmb.math.block_pattern import blocks
 from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.model.model import Model
@@ -36,6 +35,7 @@ from flexmb.system.mobility import (
     mass_diagonal,
     mass_metric,
 )
+from flexmb.system.needles import warn_of_needles
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate, increment
 from flexmb.system.projection import project
 from flexmb.system.stations import warn_of_stations
@@ -267,6 +267,7 @@ def _with_lengths(system: System, state: State, work) -> System:
     inertia = np.abs(mass_diagonal(system, work))
     lengths = described_lengths(system, inertia, equations_of_forces(system, work))
     warn_of_lost_digits(system.model, lengths)
+    warn_of_needles(system.model)
     warn_of_stations(system.model)
     return replace(system, lengths=lengths, units=velocity_units(system, lengths, inertia))
 
@@ -297,7 +298,7 @@ def _regularised(system: System, state: State, work) -> System:
     places, values, loose = inertia_floor(system, M, G)
     if loose >= 0:
         raise without_inertia(system, state, work, loose)
-    dependent = dependent_equations(M, G, blocks(system.program.pattern))
+    dependent = dependent_equations(system, M, G)
     program = system.program._replace(floor_at=places, floor=values)
     return softened(replace(system, program=program), work, M, G, dependent, indeterminate_equations(M, G, dependent))
 

@@ -14,7 +14,6 @@ import numpy as np
 from scipy.linalg import null_space
 
 from flexmb.errors import CompileError
-from flexmb.math.block_pattern import blocks
 from flexmb.math.weights import no_matrix, weigh_mass
 from flexmb.system.mobility import constraint_matrix, dependent_equations, indeterminate_equations
 from flexmb.system.program import advance, evaluate, increment
@@ -127,7 +126,7 @@ class Neighbourhood:
     def dependent(self, state) -> tuple[int, ...]:
         """Return the equations that depend on others at a state."""
         M, G = self.matrices(state)
-        return tuple(int(k) for k in dependent_equations(M, G, blocks(self.system.program.pattern)))
+        return tuple(int(k) for k in dependent_equations(self.system, M, G))
 
     def matrices(self, state):
         """Return the mass matrix and the gradient at a state."""

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from flexmb.math.block_pattern import blocks
 from flexmb.math.weights import weigh_mass
 from flexmb.system.dependence import combinations, dependent_rows
+from flexmb.system.needles import without_needles
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
@@ -94,24 +96,23 @@ def _beyond_rounding(G: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
     return rows, np.where((largest > ROUNDING * np.max(largest, initial=0.0))[rows], G.data, 0.0)
 
 
-def dependent_equations(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.ndarray) -> np.ndarray:
+def dependent_equations(system: System, M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
     """Return the numbers of equations whose gradients depend on earlier equations.
 
-    Rows are scaled to the metric of the mass matrix, so lengths and angles are comparable; `block` (nu + ng,) are the
-    bodies and joints to which velocities and equations belong.
+    Rows are scaled to the metric of the mass matrix, so lengths and angles are comparable.
     """
-    A = _unit_gradients(M, G, block)
+    block = blocks(system.program.pattern)
+    A = _unit_gradients(system, M, G)
     return dependent_rows(A, block[G.shape[1] :], block[: G.shape[1]], DEPENDENT)
 
 
-def still_dependent(
-    M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.ndarray, found: tuple[int, ...]
-) -> np.ndarray:
-    """Return which of the equations `found` at an assembled position depend on the others at this one, (k,) of int.
+def still_dependent(system: System, M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
+    """Return which of the redundant equations of an assembled system depend on the others at this place, (k,) of int.
 
     Those of a dead centre do not, once it is left. Deviations of a mesh file change a little with the position.
     """
-    gradients = _unit_gradients(M, G, block)
+    found, block = system.redundant, blocks(system.program.pattern)
+    gradients = _unit_gradients(system, M, G)
     others = np.setdiff1d(np.arange(gradients.shape[0]), found)
     if gradients.shape[0] > DENSE:
         order = np.concatenate([others, np.asarray(found, int)])
@@ -137,10 +138,12 @@ def still_dependent(
     return np.array(dependent, int)
 
 
-def _unit_gradients(M: sparse.csr_matrix, G: sparse.csr_matrix, block: np.ndarray) -> sparse.csr_matrix:
+def _unit_gradients(system: System, M: sparse.csr_matrix, G: sparse.csr_matrix) -> sparse.csr_matrix:
     """Return the gradients (ng, nu) in the metric of the masses, each of length one."""
     rows, entries = _beyond_rounding(G)
-    return _of_length_one(G, rows, entries, _without_feathers(mass_metric(M), block[: G.shape[1]]))
+    framed = [k for k, body in enumerate(system.model.bodies) if body.has_frame]
+    metric = without_needles(mass_metric(M), system.program.frames[:, 1], system.lengths.bodies[framed])
+    return _of_length_one(G, rows, entries, _without_feathers(metric, blocks(system.program.pattern)[: G.shape[1]]))
 
 
 def _of_length_one(G: sparse.csr_matrix, rows, entries, metric: np.ndarray) -> sparse.csr_matrix:

@@ -13,7 +13,6 @@ from verification.mechanisms import four_bars
 import flexmb as fmb
 from flexmb.errors import FlexmbError
 from flexmb.integrate.matrices import equations_at
-from flexmb.math.block_pattern import blocks
 from flexmb.system import assemble
 from flexmb.system.mobility import still_dependent
 
@@ -133,7 +132,7 @@ def test_a_dead_centre_that_is_left_depends_no_longer():
         q[at + 3 : at + 7] = np.cos(turn / 2), 0, 0, np.sin(turn / 2)
     for state, count in ((flat, 4), (flat._replace(q=q), 3)):
         e = equations_at(system, state, system.workspace())
-        assert len(still_dependent(e.M, e.G, blocks(system.program.pattern), system.redundant)) == count
+        assert len(still_dependent(system, e.M, e.G)) == count
         assert len(e.dependent) == count
 
 
@@ -152,10 +151,9 @@ def test_many_equations_are_searched_as_few_are(monkeypatch):
     """Row by row, and by singular values; as many loops as take minutes by the latter take a second by the former."""
     system, state = assemble(four_bars(12))
     e = equations_at(system, state, system.workspace())
-    block = blocks(system.program.pattern)
     found = []
     for most in (0, 10**9):
         monkeypatch.setattr(sys.modules[still_dependent.__module__], "DENSE", most)
-        found.append(still_dependent(e.M, e.G, block, system.redundant).tolist())
+        found.append(still_dependent(system, e.M, e.G).tolist())
     assert found[0] == found[1] == list(system.redundant)
     assert len(found[0]) == 3 * 12

@@ -1,0 +1,64 @@
+"""Needles: bodies whose mass and moments of inertia do not go together, as lumped masses and flywheels have them.
+
+Dependence is geometry, but lengths and angles are compared in the metric of the masses. In that of a lumped mass of
+1 kg with 1e-12 kg m2, on an arm of 1 m, a turn is all that moves, and in that of a flywheel of 1e-12 kg with 1 kg m2 a
+shift: joints in different places then look alike.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.told import tell
+
+__all__ = ["warn_of_needles", "without_needles"]
+
+SLENDER = 1e-3
+"""Least radius of gyration in the metric, relative to the length of the assembly and to the body's greatest; also the
+assembly's least length relative to that radius."""
+DIGITS = 1e-13
+"""A moment of inertia below this, relative to the mass times the square of an arm, has hardly a digit beside it."""
+
+
+def without_needles(metric: np.ndarray, frames: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Return the metric (nu,) with the masses and moments of inertia raised that are too small beside the others.
+
+    Parameters
+    ----------
+    metric : (nu,), kg and kg m2
+    frames : (nf,) of int
+        First of the six velocities of each frame.
+    lengths : (nf,), m
+        Of the assembly to which each frame belongs.
+    """
+    metric = metric.copy()
+    shifts, turns = frames[:, None] + np.arange(3), frames[:, None] + np.arange(3, 6)
+    mass, inertia = np.max(metric[shifts], axis=1, initial=0.0), np.max(metric[turns], axis=1, initial=0.0)
+    scale = lengths**2
+    metric[shifts] = np.maximum(metric[shifts], (SLENDER**2 * inertia / scale)[:, None])
+    metric[turns] = np.maximum(metric[turns], (SLENDER**2 * np.maximum(inertia, mass * scale))[:, None])
+    return metric
+
+
+def warn_of_needles(model) -> None:
+    """Warn of bodies with a moment of inertia that is lost in the digits beside mass times arm squared."""
+    bodies = {body.name: (body, body.rest_inertia()) for body in model.bodies if body.has_frame and not body.n_vector}
+    told = set()
+    for joint in model.joints:
+        for path in joint.resolved_markers(model):
+            name, _, marker = path.partition(".")
+            if name not in bodies or name in told:
+                continue
+            body, (mass, _, inertia) = bodies[name]
+            moments, axes = np.linalg.eigh(inertia)
+            beside = mass * np.sum(np.cross(axes.T, body.markers[marker].at) ** 2, axis=1)
+            lost = (moments > 0.0) & (moments < DIGITS * beside)
+            if np.any(lost):
+                told.add(name)
+                k = int(np.argmax(lost * beside))
+                tell(
+                    f"{body.title} has a moment of inertia of {moments[k]:.3g} kg m2 beside {beside[k]:.3g} kg m2, its "
+                    f"mass times the square of the arm of joint '{joint.name}': no digit of their sum knows of it, and "
+                    f"reactions can be wrong; expected: more than {DIGITS:g} of that. Write 0 for the inertia of a "
+                    "lumped mass that joints hold, or use a PointMass"
+                )
