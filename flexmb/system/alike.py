@@ -146,7 +146,7 @@ class Alike:
         known = drawn_alike and self.sized and np.array_equal(self.system.lengths.are_lengths, forces)
         lengths = self.system.lengths if known else described_lengths(system, inertia, forces)
         warn_of_lost_digits(model, lengths)
-        warn_of_needles(model)
+        warn_of_needles(system.model)
         warn_of_stations(model)
         system = replace(
             system, lengths=lengths, units=velocity_units(system, lengths, inertia), gaps=np.zeros(system.ng)

@@ -42,23 +42,30 @@ def without_needles(metric: np.ndarray, frames: np.ndarray, lengths: np.ndarray)
 
 def warn_of_needles(model) -> None:
     """Warn of bodies with a moment of inertia that is lost in the digits beside mass times arm squared."""
-    bodies = {body.name: (body, body.rest_inertia()) for body in model.bodies if body.has_frame and not body.n_vector}
+    bodies = {body.name: body for body in model.bodies if body.has_frame and not body.n_vector}
+    known = {name: (*_principal(body), body.marker_poses()) for name, body in bodies.items()}
     told = set()
     for joint in model.joints:
         for path in joint.resolved_markers(model):
             name, _, marker = path.partition(".")
             if name not in bodies or name in told:
                 continue
-            body, (mass, _, inertia) = bodies[name]
-            moments, axes = np.linalg.eigh(inertia)
-            beside = mass * np.sum(np.cross(axes.T, body.markers[marker].at) ** 2, axis=1)
+            mass, moments, axes, places = known[name]
+            beside = mass * np.sum(np.cross(axes, places[marker].at) ** 2, axis=1)
             lost = (moments > 0.0) & (moments < DIGITS * beside)
             if np.any(lost):
                 told.add(name)
                 k = int(np.argmax(lost * beside))
                 tell(
-                    f"{body.title} has a moment of inertia of {moments[k]:.3g} kg m2 beside {beside[k]:.3g} kg m2, its "
-                    f"mass times the square of the arm of joint '{joint.name}': no digit of their sum knows of it, and "
-                    f"reactions can be wrong; expected: more than {DIGITS:g} of that. Write 0 for the inertia of a "
-                    "lumped mass that joints hold, or use a PointMass"
+                    f"{bodies[name].title} has a moment of inertia of {moments[k]:.3g} kg m2 beside "
+                    f"{beside[k]:.3g} kg m2, its mass times the square of the arm of joint '{joint.name}': no digit of "
+                    f"their sum knows of it, and reactions can be wrong; expected: more than {DIGITS:g} of that. Write "
+                    "0 for the inertia of a lumped mass that joints hold, or use a PointMass"
                 )
+
+
+def _principal(body) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return the mass of a body, its principal moments of inertia (3,) about its origin, and their axes, in rows."""
+    mass, _, inertia = body.rest_inertia()
+    moments, axes = np.linalg.eigh(inertia)
+    return mass, moments, axes.T
