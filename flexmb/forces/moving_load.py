@@ -21,7 +21,8 @@ STEP = 1e-3
 def moving_load(name: str, load: str, amount: Any, *, data: ModalNeutralData, along: Any) -> tuple[Pressure, ...]:
     """Return the forces of a load that stands `along` a track, m from its first node, at each time.
 
-    Between two nodes it is shared like a lever. Off the ends of the track it is zero. Give them to the model:
+    Between two nodes it is shared like a lever. Off the ends of the track it is zero, and a run
+    says so. Give them to the model:
     ``forces=[*fmb.moving_load("roller", "beam.rail", -2e3, data=data, along=fmb.ramp(rate=3.0))]``.
 
     Parameters

@@ -12,6 +12,7 @@ from flexmb.constraints.coordinate import COORDINATE, NO_COORDINATE
 from flexmb.constraints.coordinate_kernels import measure
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.forces.on_coordinate import joint_of_tables, signal_and_table
+from flexmb.forces.travelling import travelling
 from flexmb.math.jets import interpolate
 from flexmb.math.tables import STIFF, row_kernel
 from flexmb.model.kinds import Force
@@ -136,6 +137,10 @@ class Pressure(Force):
             )
         if joint is not None:
             joint_coordinate(model.joint(joint, self.title), self.title, self.freedom)
+
+    def travels(self, model):
+        """Return the share that it has in a load that travels over a track of the body."""
+        return travelling(self, model)
 
     def record(self, compiler):
         """Return the row."""

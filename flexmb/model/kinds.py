@@ -246,6 +246,10 @@ class Force(Part):
         """Return the unit, m or rad, of the way that its friction lets go what should stand; "" without it."""
         return ""
 
+    def travels(self, model) -> Any:
+        """Return the share that it has in a load that travels over a track of a body; None if it has none."""
+        return None
+
     @property
     def impulsive(self) -> bool:
         """Does it stop bodies at once, by impulses, so that it needs a method of impulses?"""

@@ -163,6 +163,76 @@ def test_a_track_is_ordered_and_follows_units(fe):
     assert data.rescaled(length=1e3).quality["tracks"]["rail"]["places"] == pytest.approx([0.0, 250.0, 500.0])
 
 
+@pytest.fixture(scope="module")
+def railed(fe):
+    return reduction.reduce(
+        fe, {"a": [0], "b": [NODES - 1]}, 0, loads={"rail": reduction.Track(range_of(fe)[::4], (0, 0, -1))}, compare=0
+    )
+
+
+def sliding(data, along, speed=0.0, sensors=(), samples=21, run=fmb.simulate):
+    """A beam on its bearings and a carriage that slides above it; the load stands where `along` says."""
+    axis = fmb.Pose.axes(at=(0, 0, 1), z=(1, 0, 0))
+    ground = fmb.Ground(markers={"A": fmb.Pose.axes(z=(0, 1, 0)), "B": (LENGTH, 0, 0), "X": axis})
+    beam = fmb.FloatingBody("beam", data=data, markers={"a": fmb.Pose.axes(z=(0, 1, 0))}, damping=0.02)
+    markers = {"x": fmb.Pose.axes(z=(1, 0, 0))}
+    car = fmb.RigidBody("car", mass=1.0, inertia=(1, 1, 1), at=(0, 0, 1), velocity=(speed, 0, 0), markers=markers)
+    model = fmb.Model(
+        gravity=(0, 0, 0),
+        bodies=[ground, beam, car],
+        joints=[
+            fmb.Revolute("left", markers=("ground.A", "beam.a")),
+            fmb.PointOnPlane("right", markers=("ground.B", "beam.b")),
+            fmb.Prismatic("slide", markers=("ground.X", "car.x")),
+        ],
+        forces=fmb.moving_load("roller", "beam.rail", FORCE, data=data, along=along),
+        sensors=sensors,
+    )
+    return run(model, 0.2, samples=samples) if run is fmb.simulate else run(model)
+
+
+@pytest.mark.parametrize(
+    ("along", "speed", "words"),
+    [
+        (
+            fmb.ramp(rate=12.0) + 5.0,
+            0.0,
+            "never on its track.*at 5 to 7.4 m, 1 m off the nearest end; expected: places",
+        ),
+        (fmb.ramp(rate=2.0) - 3.0, 0.0, r"never on its track.*at -3 to -2\.6 m, 2\.6 m off the nearest end"),
+        (
+            fmb.ramp(rate=12e3),
+            0.0,
+            "on its track at 1 of 21 samples: it stood at 0 to 2400 m; expected: places from 0 to 4 m",
+        ),
+        ("slide", 30.0, r"from t = 0\.14 s on it was off its track, where it has no force, up to 2 m; expected"),
+        ("slide", -30.0, "on its track at 1 of 21 samples: it stood at -6 to 0 m"),
+        (fmb.measured("place", 0), -30.0, "on its track at 1 of 21 samples: it stood at -6 to 0 m"),
+    ],
+    ids=str,
+)
+def test_a_load_beside_its_track_is_told(railed, along, speed, words):
+    """It has no force there, and the run looked as if nothing was wrong."""
+    sensors = [fmb.Position("place", marker="car.x")]
+    with pytest.warns(fmb.ValidityWarning, match=f"Moving load 'roller' on track 'beam.rail'.*{words}"):
+        solution = sliding(railed, along, speed, sensors)
+    assert any("roller" in text for text in solution.statistics["warnings"])
+
+
+def test_a_load_beside_its_track_in_equilibrium_is_told(railed):
+    with pytest.warns(fmb.ValidityWarning, match=r"never on its track.*at 4\.5 m, 0\.5 m off"):
+        sliding(railed, 4.5, run=fmb.statics)
+
+
+def test_a_load_that_crosses_its_track_as_given_is_no_warning(railed):
+    """Where it runs off by a given motion, a note says from when on; where it stays, nothing is said."""
+    notes = {rate: sliding(railed, fmb.ramp(rate=rate)).statistics["notes"] for rate in (12.0, 30.0)}
+    assert not any("roller" in text for text in notes[12.0])
+    assert any("off its track from t = 0.14 s on, up to 2 m, without force" in text for text in notes[30.0])
+    along = fmb.formula("x + 1", over={"x": fmb.JointCoordinate("x", joint="slide")})
+    assert any("was not looked at" in text for text in sliding(railed, along).statistics["notes"])
+
+
 def test_tracks_that_cannot_be_are_refused(fe):
     one = {"a": [0]}
     for match, loads in [

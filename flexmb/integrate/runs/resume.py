@@ -104,6 +104,7 @@ def resume(
     except BaseException:
         recorder.close()
         raise
+    phases.validity.tell_of_tracks()
     known = {"integrator": repr(integrator), "seconds": _seconds(before, clock), **phases.validity.statistics}
     counts = together(_told(before.statistics, phases.statistics), phases.statistics)
     solution = recorder.solution(status, {**counts, **known})

@@ -266,6 +266,7 @@ def run_assembled(
     except BaseException:  # interrupted before the first sample, or out of memory: the file must not stay open
         recorder.close()
         raise
+    phases.validity.tell_of_tracks()
     known = {"integrator": repr(integrator), "seconds": time.perf_counter() - clock, **phases.validity.statistics}
     solution: Any = None  # where not even the accelerations at the start were found
     if recorder.phases:

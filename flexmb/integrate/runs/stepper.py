@@ -229,6 +229,7 @@ class Stepper:
         if not self._closed:
             self._look()
             self._validity.tell(self._validity.creeps())
+            self._validity.tell_of_tracks()
             self._closed = True
 
     def _look(self) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb.errors import ValidityWarning
 from flexmb.integrate.runs.creep_watch import CreepWatch
+from flexmb.integrate.runs.off_track import OffTrack
 from flexmb.integrate.runs.shared_readers import SharedReaders
 from flexmb.math.tables import State
 from flexmb.math.weights import no_matrix
@@ -84,6 +85,7 @@ class Validity:
         self._work: Any = None
         self._creep: Any = None
         self._readers: Any = None
+        self._off_track = OffTrack()
         self._since = since
         self._at_rest = at_rest
 
@@ -94,6 +96,7 @@ class Validity:
         if system is not self._system:
             self._begin(system)
         self._creep.look(rows)
+        self._off_track.look(system, {name: one[-1:] for name, one in rows.items()} if self._at_rest else rows)
         self.look_at_shared(system, rows)
         beyond: dict[str, dict[str, tuple[str, float, str]]] = {}
         for watch in self._watches:
@@ -137,6 +140,11 @@ class Validity:
     def creeps(self) -> list[str]:
         """Return the warnings about friction that should hold, of the phase until now."""
         return [] if self._creep is None else self._creep.sentences()
+
+    def tell_of_tracks(self) -> None:
+        """Tell of loads that travelled beside their tracks: at the end of a run, which they may have reached late."""
+        self.tell(self._off_track.sentences())
+        self.note(self._off_track.notes())
 
     def keep(self, told: Iterable[Told]) -> None:
         """Keep warnings that others have given."""
@@ -190,7 +198,8 @@ def _copies(own: Mapping[str, Any]) -> dict[str, Any]:
     lists = {name: list(own[name]) for name in ("shared", "sentences", "notes")}
     largest = {title: dict(known) for title, known in own["largest"].items()}
     creep = None if own["_creep"] is None else own["_creep"].copied()
-    return {**own, **lists, "largest": largest, "_creep": creep, "_readers": copy(own["_readers"])}
+    watched = {"_creep": creep, "_readers": copy(own["_readers"]), "_off_track": own["_off_track"].copied()}
+    return {**own, **lists, "largest": largest, **watched}
 
 
 def in_equilibrium(phase: Phase, since: str = "in equilibrium", told: Iterable[str] = ()) -> dict[str, Any]:
@@ -203,6 +212,7 @@ def in_equilibrium(phase: Phase, since: str = "in equilibrium", told: Iterable[s
     validity.look(phase.system, {name: getattr(phase, name) for name in ("t", "q", "u", "a", "lam")})
     buckled = [title for title in validity.largest if validity.buckles(title)]
     validity.tell([sentence for sentence in told if not any(title in sentence for title in buckled)])
+    validity.tell_of_tracks()
     return validity.statistics
 
 
