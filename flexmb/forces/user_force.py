@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.forces.relative import act_relative, add_relative_tangent, relative_motion
-from flexmb.math.callbacks import call_back, callback
+from flexmb.math.callbacks import Repeats, call_back, callback
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_product, euler_to_matrix, exp_euler, matrix_to_euler
 from flexmb.math.switches import CROSSING, FORMULA, UNITLESS, switch_kernel
@@ -153,16 +153,21 @@ class _Callback:
     """The C function that calls a Python function; what goes wrong there is kept, because no exception can pass."""
 
     def __init__(self, function: Callable[..., Any]):
-        self.function, self.failure = function, ""
+        self.function, self.failure, self.repeats = function, "", Repeats()
         self.pointer, self.address = callback(self._run)
+
+    def _answer(self, x: np.ndarray) -> np.ndarray:
+        x, answer = x.copy(), np.empty(6)  # the function may keep its arguments
+        force, moment = self.function(x[0], x[1:4], x[4:7], x[10:19].reshape(3, 3), x[7:10])
+        answer[:3], answer[3:] = force, moment
+        return answer
 
     def _run(self, inputs, outputs) -> None:
         x = np.ctypeslib.as_array(inputs, (INPUTS,))
         out = np.ctypeslib.as_array(outputs, (6,))
         try:
-            x = x.copy()  # the function may keep its arguments
-            force, moment = self.function(x[0], x[1:4], x[4:7], x[10:19].reshape(3, 3), x[7:10])
-            out[:3], out[3:] = force, moment
+            out[:] = self._answer(x)
+            self.repeats.require(out, lambda: self._answer(x))
             if not np.all(np.isfinite(out)):
                 self.failure = self.failure or f"it returned {np.array2string(out, precision=4)} at t = {x[0]:.6g} s"
         except Exception as error:  # whatever a user's function raises: it cannot pass through compiled code
@@ -186,7 +191,8 @@ class UserForce(Force):
     function : callable, or "module:function" in model files, which is imported only if the file is trusted
         ``function(t, d, v, R, w) -> (force, moment)``, N and N m, on the body of b at its marker, all in the axes of a:
         time, displacement d (3,), m, and velocity v (3,), m/s, of b relative to a, its axes R (3, 3) and its
-        angular velocity w (3,), rad/s. It must depend on its arguments only.
+        angular velocity w (3,), rad/s. It must depend on its arguments only: one call of 32 is made twice, and another
+        answer ends the run.
     switches : callable, or "module:function", optional
         ``switches(t, d, v, R, w) -> number or list of numbers``, with the same arguments, each of which changes its
         sign where the force jumps or has a kink: ``lambda t, d, v, R, w: d[2] - 0.1``. Adaptive steps end there, as at

@@ -5,10 +5,11 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 
+import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-__all__ = ["call_back", "callback"]
+__all__ = ["Repeats", "call_back", "callback"]
 
 POINTER = ctypes.POINTER(ctypes.c_double)
 CALLBACK = ctypes.CFUNCTYPE(None, POINTER, POINTER)
@@ -22,6 +23,37 @@ def callback(function: Callable) -> tuple[object, int]:
     """
     pointer = CALLBACK(function)
     return pointer, ctypes.cast(pointer, ctypes.c_void_p).value or 0
+
+
+class Repeats:
+    """Asks a function of the user for its answer twice: one that remembers, or draws at random, gives another one.
+
+    Steps are tried, repeated and looked at with small changes, so such a function counts calls in the place of time:
+    a sum over calls looks like an integral and is none.
+    """
+
+    OFTEN = 32
+    """So many calls at the start are repeated, and one of so many later: a sum may begin late."""
+
+    def __init__(self) -> None:
+        self.calls, self.found = 0, ""
+
+    def require(self, answer, again: Callable[[], object]) -> None:
+        """Raise ValueError if `again`, the same call as that which returned `answer`, returns something else; and at
+        every later call, lest one that is not repeated hides it.
+        """
+        self.calls += 1
+        if not self.found and (self.calls <= self.OFTEN or self.calls % self.OFTEN == 0):
+            first, second = np.ravel(np.asarray(answer)), np.ravel(np.asarray(again()))
+            if not np.array_equal(first, second, equal_nan=True):
+                both = ", then ".join(np.array2string(np.squeeze(one), precision=6) for one in (first, second))
+                self.found = (
+                    f"with the same arguments it returned {both} (it is asked several times in a step, so it must not "
+                    "remember calls or draw at random: give memory to fmb.Integral or fmb.SampledStateSpace, or use "
+                    "fmb.stepper)"
+                )
+        if self.found:
+            raise ValueError(self.found)
 
 
 @intrinsic

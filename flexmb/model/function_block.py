@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from flexmb.errors import ModelError
-from flexmb.math.callbacks import callback
+from flexmb.math.callbacks import Repeats, callback
 from flexmb.model.block import Block
 from flexmb.model.foreign import imported
 from flexmb.model.linear_blocks import TransferFunction
@@ -30,7 +30,9 @@ class Function(Block):
     A Python function takes t and x (n,) and returns a number, some 20 us a call; its derivatives come from `jacobian`,
     or are exact by complex steps, so that it must pass complex numbers then. A C function, an object with an
     ``address`` such as a `numba.cfunc` of ``void(CPointer(double), CPointer(double))``, reads t, x1, ..., xn and writes
-    f, df/dx1, ..., df/dxn; it costs what it computes. Functions depend on their arguments only, and have no memory.
+    f, df/dx1, ..., df/dxn; it costs what it computes. Functions depend on their arguments only, and have no memory:
+    they are called several times in a step, for a `Sampled` too. One call of 32 is made twice, and another answer ends
+    the run.
 
     Parameters
     ----------
@@ -61,7 +63,7 @@ class Function(Block):
                     expected="a function (t, x), a C function with an address, or 'module:function'",
                     remedy=f"Write {name}=lambda t, x: ...",
                 )
-        object.__setattr__(self, "_state", {"failure": "", "looked": False, "kept": None})
+        object.__setattr__(self, "_state", {"failure": "", "looked": False, "kept": None, "repeats": Repeats()})
 
     def complaint(self) -> str:
         """Return what went wrong in the function, if anything did."""
@@ -101,6 +103,7 @@ class Function(Block):
                 f"the function returns an array {np.shape(returned)} in the place of a number; x holds the values "
                 f"of all arguments ({len(x)}): read x[0], x[1], ..."
             )
+        self._state["repeats"].require(returned, lambda: f(t, x))  # type: ignore[attr-defined]
         value = float(np.real(returned))
         if jacobian is not None:
             slopes = np.array(jacobian(t, x), float).reshape(len(x))

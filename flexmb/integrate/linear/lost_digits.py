@@ -57,8 +57,13 @@ def lost_digits(system, stiffness: np.ndarray, shapes: np.ndarray, equations, va
         if share[k] > SURE
         else f"{hertz:.4g} Hz is known to {50.0 * share[k]:.2g} % only"
     )
+    times = known[k] / rounding[k] if rounding[k] else np.inf
+    expected = (
+        "less than once, as of a motion that nothing holds. If nothing holds it, this is rounding; otherwise what"
+        if zero[k]
+        else f"more than {1.0 / SHARE:g} times. What"
+    )
     return (
-        f"{what}: in its shape the stiffness is {known[k] / rounding[k]:.2g} times the rounding of the stiffest force, "
-        f"at {owner}; expected: more than {1.0 / SHARE:g} times. What is so stiff is rigid beside the rest: use a "
-        "joint in its place, or a lower stiffness."
+        f"{what}: in its shape the stiffness is {times:.2g} times the rounding of the stiffest force, at {owner}; "
+        f"expected: {expected} is so stiff is rigid beside the rest: use a joint in its place, or a lower stiffness."
     )
