@@ -98,6 +98,10 @@ class PointMass(Body):
         """Return position and velocity, in W."""
         return np.array(self.at), np.array(self.velocity)
 
+    def rest_inertia(self):
+        """Return its mass, kg, and no moments about itself."""
+        return self.mass, np.zeros(3), np.zeros((3, 3))
+
     def momentum(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Return linear and angular momentum about the origin of W, (nt, 6)."""
         return np.hstack([self.mass * u, np.cross(q, self.mass * u)])

@@ -78,7 +78,7 @@ class Body(Part):
     def rest_inertia(self) -> tuple[float, np.ndarray, np.ndarray]:
         """Return the ten numbers of a body with a frame, undeformed and in its axes, about its origin.
 
-        Mass, kg; first moment (3,), kg m; inertia (3, 3), kg m2.
+        A point has its mass alone. Mass, kg; first moment (3,), kg m; inertia (3, 3), kg m2.
         """
         raise TypeError(f"{type(self).__name__} does not say what its inertia is")
 

@@ -64,18 +64,16 @@ def test_a_long_run_is_told(pendulum, integrator, monkeypatch):
 
 
 def test_a_long_run_in_joint_coordinates_says_why_its_steps_are_slow(pendulum, monkeypatch):
-    """A controller with states makes the steps of `Recursive` those of Python: the way out is `Implicit`."""
+    """Friction by reactions makes the steps of `Recursive` those of Python: the way out is `Implicit`."""
     monkeypatch.setattr(pace, "FIRST", 0.0)
     monkeypatch.setattr(pace, "FEW", 1)
     monkeypatch.setattr(pace, "LONG", 0.0)
-    angle = fmb.measured(fmb.JointCoordinate("angle", joint="hinge"))
-    held = replace(
-        pendulum, forces=[fmb.Actuator("motor", joint="hinge", effort=fmb.Pid(-1.0 * angle, kp=9.0, ki=1.0))]
-    )
+    rubbing = fmb.JointFriction("rub", joint="hinge", moving=0.1, radius=0.02, from_reaction=True)
+    held = replace(pendulum, forces=[rubbing])
     with pytest.warns(fmb.SlowRunWarning) as told:
         fmb.simulate(held, t_end=2.0, samples=21, formulation=fmb.Recursive())
     sentence = str(told[0].message)
-    assert "the recursion is over bodies: Block 'pid of motor'" in sentence
+    assert "the recursion is over bodies: Force 'rub': a force that depends on reactions" in sentence
     assert "slower than those of Implicit()" in sentence
     with pytest.warns(fmb.SlowRunWarning) as told:
         fmb.simulate(pendulum, t_end=2.0, samples=21, formulation=fmb.Recursive())

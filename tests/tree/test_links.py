@@ -3,6 +3,7 @@ equations.
 """
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from flexmb.math.rotations import euler_to_matrix
 from flexmb.system import assemble
 from flexmb.system.program import evaluate
 from flexmb.system.projection import project
+from flexmb.tree.coordinates.products import _of_bodies
 from flexmb.tree.coordinates.settle import unit_length
 from flexmb.tree.rigid.motion import close_links, link_rates, loops_are_open
 
@@ -58,7 +60,7 @@ def test_on_every_joint(kind, pair, rng):
 def test_on_every_force(kind, pair, rng):
     model = connected(kind, pair, rng)
     system, state = assemble(model)
-    if any(force.reads_reactions for force in model.forces) or system.states:
+    if any(force.reads_reactions for force in model.forces):
         assert fmb.Recursive().unknowns(system, state, system.workspace()).links is None
         return
     assert_same_rates(model, rng)
@@ -194,32 +196,93 @@ def test_forward_and_inverse_dynamics_are_inverse(rng):
     np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau)), tau, atol=1e-10)
 
 
-@pytest.mark.parametrize(
-    ("rod", "chosen"),
-    [
-        (fmb.RigidBody("rod", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(1, 0, 0), markers={"start": (-1, 0, 0)}), "links"),
-        (fmb.PointMass("rod", mass=1.0, at=(1, 0, 0)), "bodies: Body 'rod': it has no frame"),
-    ],
-    ids=["links", "bodies"],
-)
-def test_statistics_tell_which_recursion_was_taken(rod, chosen):
-    """Not silently: which passes, and why they are not those of links."""
-    end = "start" if isinstance(rod, fmb.RigidBody) else "center"
-    joint = fmb.Spherical("pin", markers=("ground.origin", f"rod.{end}"))
-    ground = fmb.Ground(markers={} if end == "start" else {"far": (1, 0, 0)})
-    joint = joint if end == "start" else fmb.Spherical("pin", markers=("ground.far", "rod.center"))
-    free = fmb.RigidBody("free", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(0, 1, 0))
-    run = fmb.simulate(
-        fmb.Model(bodies=[ground, rod, free], joints=[joint], gravity=(0, 0, -9.81)),
-        1e-3,
-        samples=2,
-        integrator=fmb.Explicit(formulation=fmb.Recursive()),
-    )
-    assert run.statistics["recursion"].startswith(chosen)
-
-
-def test_statistics_name_the_force_with_states_of_its_own():
-    law = {"stiffness": 50.0, "damping": 0.3, "viscous": 0.05, "moving": 0.2, "standing": 0.3, "stribeck": 0.1}
-    model = replace(chain(1), forces=[fmb.LuGre("seal", joint="j0", **law)])
+def told_recursion(model) -> str:
+    """Return which recursion a run has taken."""
     run = fmb.simulate(model, 1e-3, samples=2, integrator=fmb.Explicit(formulation=fmb.Recursive()))
-    assert run.statistics["recursion"].startswith("bodies: Force 'seal': states of its own; its steps are Python's")
+    return run.statistics["recursion"]
+
+
+def test_statistics_tell_which_recursion_was_taken():
+    """Not silently: which passes, and why they are not those of links."""
+    assert told_recursion(chain(1)) == "links"
+    rubbing = fmb.JointFriction("rub", joint="j0", moving=0.1, radius=0.02, from_reaction=True)
+    told = told_recursion(replace(chain(1), forces=[rubbing]))
+    assert told.startswith("bodies: Force 'rub': a force that depends on reactions; its steps are Python's")
+
+
+def with_points(rng, *, light: bool = False) -> fmb.Model:
+    """Return two pendulums that a rod and a string of point masses join, and a point on springs."""
+    law = {"stiffness": 50.0, "damping": 0.3, "viscous": 0.05, "moving": 0.2, "standing": 0.3, "stribeck": 0.1}
+    names = ("one", "two", "three", "free")
+    masses = dict(zip(names, rng.uniform(0.1, 0.5, 4), strict=True)) | ({"two": 1e-6} if light else {})
+    places = {"one": (0.5, -1.2, 0.2), "two": (1.0, -1.4, 0.1), "three": (1.6, -1.2, -0.1), "free": (0, 1, 1)}
+    rods = [
+        fmb.RigidBody.rod(f"rod {k}", length=1.0, mass=1.0, at=(2 * k, 0, 0), rotation=(0.2, 0, -1.3)) for k in (0, 1)
+    ]
+    points = [fmb.PointMass(name, mass=masses[name], at=places[name]) for name in names]
+    ends = ["rod 0.end", "one.center", "two.center", "three.center", "rod 1.end"]
+    joints = [
+        fmb.Revolute("A", markers=("ground.A", "rod 0.start")),
+        fmb.Spherical("B", markers=("ground.B", "rod 1.start")),
+        *(fmb.Rod(f"string {k}", markers=pair) for k, pair in enumerate(pairwise(ends))),
+    ]
+    forces = [
+        fmb.LuGre("seal", joint="A", **law),
+        fmb.SpringDamper("s", markers=("rod 0.end", "free.center"), stiffness=20.0, damping=0.3, length=0.5),
+        fmb.Actuator(
+            "motor", joint="A", effort=fmb.Pid(fmb.measured(fmb.JointCoordinate("angle", joint="A")), kp=9.0, ki=1.0)
+        ),
+    ]
+    ground = fmb.Ground(markers={"A": (0, 0, 0), "B": (2, 0, 0)})
+    return put_together(fmb.Model(bodies=[ground, *rods, *points], joints=joints, forces=forces, gravity=(1, -9.81, 2)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_points_in_loops_and_states_of_forces_and_controllers(seed):
+    rng = np.random.default_rng(seed)
+    assert_same_rates(with_points(rng), rng)
+
+
+def test_points_that_are_too_light_for_a_closure_by_inverse_masses_take_the_recursion_over_bodies(rng):
+    told = told_recursion(with_points(rng, light=True))
+    assert told.startswith("bodies: Body 'two': 1e-06 kg between joints that hold far heavier bodies")
+
+
+def test_explicit_runs_with_states_and_points_equal_implicit_ones(rng):
+    model = with_points(rng)
+    tight = fmb.simulate(model, 0.5, samples=6, integrator=fmb.Explicit(rtol=1e-10, formulation=fmb.Recursive()))
+    assert tight.statistics["recursion"] == "links"
+    other = fmb.simulate(model, 0.5, samples=6, integrator=fmb.Implicit(rtol=1e-9))
+    np.testing.assert_allclose(tight.final.q, other.final.q, atol=1e-6)
+    np.testing.assert_allclose(tight.final.u, other.final.u, atol=1e-5)
+
+
+def test_points_on_a_spring_and_behind_a_lag_by_closed_forms():
+    """x'' = -k/m (x - 1) of one; of the other x'' = z / m with z' = (1 - z) / T."""
+    spring = fmb.SpringDamper("s", markers=("ground.origin", "p.center"), stiffness=40.0, length=1.0)
+    late = fmb.PointLoad("load", marker="q.center", force=(fmb.Lag(1.0, time=0.2), 0, 0))
+    points = [fmb.PointMass("p", mass=0.1, at=(1.2, 0, 0)), fmb.PointMass("q", mass=2.0)]
+    model = fmb.Model(bodies=[fmb.Ground(), *points], forces=[spring, late])
+    run = fmb.simulate(model, 1.0, samples=11, integrator=fmb.Explicit(rtol=1e-11, formulation=fmb.Recursive()))
+    assert run.statistics["recursion"] == "links"
+    t, T = run.t, 0.2
+    places = np.array([(state.q[0], state.q[3]) for state in map(run.state, t)])
+    np.testing.assert_allclose(places[:, 0], 1.0 + 0.2 * np.cos(20.0 * t), atol=1e-9)
+    np.testing.assert_allclose(places[:, 1], 0.5 * (t**2 / 2 - T * t + T**2 * (1.0 - np.exp(-t / T))), atol=1e-9)
+
+
+def test_products_of_trees_with_points_and_states(rng):
+    """A point moves by its mass, a state by one; both beside the equations of all bodies."""
+    model = with_points(rng)
+    model = replace(model, joints=[j for j in model.joints if not isinstance(j, fmb.Rod)])
+    tree = fmb.JointTree(model)
+    q, v = tree.start.q, rng.normal(size=len(tree.rate_names))
+    a, tau = rng.normal(size=(2, len(v)))
+    np.testing.assert_allclose(tree.torques(q, v, a, 0.3), _of_bodies(tree, q, v, a, 0.3), atol=1e-10)
+    linear = _of_bodies(tree, q, 0 * v, 1e6 * a, 0.0) - _of_bodies(tree, q, 0 * v, 0 * a, 0.0)
+    np.testing.assert_allclose(tree.mass_product(q, a), 1e-6 * linear, atol=1e-10)
+    np.testing.assert_allclose(tree.mass_product(q, tree.mass_solution(q, tau)), tau, atol=1e-10)
+    np.testing.assert_allclose(tree.torques(q, v, tree.accelerations(q, v, tau, 0.3), 0.3), tau, atol=1e-10)
+    of_free = [name.startswith("free.") for name in tree.rate_names]
+    mass = next(body.mass for body in model.bodies if body.name == "free")
+    np.testing.assert_allclose(tree.mass_product(q, a)[of_free], mass * a[of_free], rtol=1e-14)

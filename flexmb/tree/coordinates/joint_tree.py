@@ -235,7 +235,7 @@ class JointTree:
         """Return the forces (nv,) on the rates that a motion needs in addition to the model's (N m, N, modal forces).
 
         Recursive inverse dynamics (Luh, Walker & Paul 1980), here with flexible bodies: two passes over the links, eq.
-        (link-torques); trees with other bodies than rigid and reduced ones take the equations of all bodies, eq.
+        (link-torques); trees with cables, beams or plates take the equations of all bodies, eq.
         (tree-torques). Drives count as what supplies the torque.
 
         Raises
@@ -265,8 +265,8 @@ class JointTree:
         Raises
         ------
         CompileError
-            If the model has more than rigid and reduced bodies and forces of place and motion, or a motion has no
-            inertia.
+            If the model has more than points, rigid and reduced bodies, and forces of place and motion, with states or
+            without, or a motion has no inertia.
         """
         if isinstance(q, RelativeState):
             q, v, t = q.q, q.v, q.t
@@ -317,8 +317,8 @@ class JointTree:
         Raises
         ------
         CompileError
-            If the model has more than rigid and reduced bodies and forces of place and motion, or a motion has no
-            inertia.
+            If the model has more than points, rigid and reduced bodies, and forces of place and motion, with states or
+            without, or a motion has no inertia.
         """
         return moving_links(self, chart, self._start)
 

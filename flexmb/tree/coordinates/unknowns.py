@@ -32,7 +32,7 @@ class RelativeUnknowns:
     closes : bool
         Does the evaluation after a step matter: for cut joints, or to count their turns?
     links : LinkTree or None
-        The model as links, if it is one of rigid and reduced bodies.
+        The model as links, if it is one of points, rigid and reduced bodies.
     recursion : str
         "links", or "bodies" and why not the passes over links.
     """

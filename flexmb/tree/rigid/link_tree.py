@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.constraints import EQUATIONS
 from flexmb.math.jets import SignalCode
 from flexmb.math.program import Program
-from flexmb.math.structures import ArrayOf, FloatRows, Floats, Integers, Record, numba_type, structure
+from flexmb.math.structures import ArrayOf, FloatRows, Floats, IntegerRows, Integers, Record, numba_type, structure
 from flexmb.math.tables import NUMBER, WORK, caller, void
 from flexmb.tree.any_body.loops import mobilities
 from flexmb.tree.coordinates.motions import MOTION
@@ -18,6 +18,8 @@ from flexmb.tree.flexible.tables import Flexible, Packed, new_flexible
 from flexmb.tree.rigid.closing import Closing, closing
 from flexmb.tree.rigid.links import MARK, link_marks, link_rows
 from flexmb.tree.rigid.places import BALL, FRAME, LINK, LINK_FACTOR, LINK_POSE, LINK_STATE
+from flexmb.tree.rigid.points import require_heavy_points
+from flexmb.tree.rigid.states import state_rows
 
 __all__ = ["LINK_TREE", "PASS", "SPREAD", "LinkTree", "call_pass", "call_spread", "link_tree", "no_links"]
 
@@ -58,6 +60,8 @@ class LinkTree(NamedTuple):
     """markers that forces or cut joints see"""
     mark_of: Integers
     """(markers,) their places, -1: does not move or is not seen"""
+    states: IntegerRows
+    """(ns, 3) of forces and blocks: marker, place in its twist, rate"""
     gravity: Floats
     """(3,) m/s2"""
     closing: Closing
@@ -131,6 +135,7 @@ def link_tree(tree, chart, state, work) -> LinkTree:
     mark_of[marks["marker"]] = np.arange(len(marks))
     mobility = np.zeros(len(equations))
     mobilities(work, equations, mobility)
+    require_heavy_points(tree, work, mobility)
     nx, nv = len(tree.names), len(tree.rate_names)
     blocks = int(np.sum((links["kind"] == BALL) | (links["kind"] == FRAME)))
     loops = closing(links, marks, equations, legs, mobility)
@@ -141,6 +146,7 @@ def link_tree(tree, chart, state, work) -> LinkTree:
         poses=np.zeros(len(links), LINK_POSE),
         marks=marks,
         mark_of=mark_of,
+        states=state_rows(system, {name: int(row["iv"]) for name, row in zip(tree.tree.order, tree.rows, strict=True)}),
         gravity=np.array(tree.model.gravity, float),
         closing=loops,
         flexible=drawn.flexible(links, len(loops.push) if len(equations) else 0, len(loops.A)),
@@ -179,6 +185,7 @@ def no_links(system, state) -> LinkTree:
         poses=np.zeros(0, LINK_POSE),
         marks=np.zeros(0, MARK),
         mark_of=whole,
+        states=np.zeros((0, 3), np.int64),
         gravity=none,
         closing=closing(links, [], [], [], []),
         flexible=new_flexible(links, [], [], Packed(), whole, 0, 0),

@@ -12,6 +12,7 @@ from flexmb.math.rotations import euler_to_matrix
 from flexmb.tree.coordinates.motions import FREE, POINTS
 from flexmb.tree.flexible.tables import BENT, PLACE, Flexible, Packed, new_flexible, wide_places
 from flexmb.tree.rigid.places import BALL, BEND, FIXED, FRAME, LINK, MOUNT, SINGLE
+from flexmb.tree.rigid.points import is_point
 
 __all__ = ["MARK", "Drawn", "link_marks", "link_rows", "require_known_forces"]
 
@@ -62,15 +63,17 @@ def _check(tree, modal: _Modal) -> None:
     for name, row in zip(tree.tree.order, tree.rows, strict=True):
         is_body = name in tree.system.body_slices
         title = f"Body '{name}'" if is_body else name  # what has states is in the tree by its title
-        found = ("it has no frame" if is_body else "states of its own") if row["held"] == POINTS else ""
-        if row["modes"] and not found and modal.of(tree.model.body(name))[0] is None:
+        found = ""
+        if row["held"] == POINTS:
+            found = "it has no frame" if is_body and not is_point(tree.model.body(name)) else ""
+        elif row["modes"] and modal.of(tree.model.body(name))[0] is None:
             found = f"{row['modes']} modes, of which it does not tell what a link has to know"
         if found:
             joint = f" (joint '{tree.tree.joints[name]}')" if name in tree.tree.joints else ""
             raise CompileError(
                 f"{title}{joint}",
                 found=found,
-                expected="rigid bodies with a frame, and reduced ones in space",
+                expected="points, rigid bodies with a frame, and reduced ones in space",
                 remedy="Use fmb.accelerations(model, formulation=fmb.Recursive()), which takes every tree",
             )
     if tree.system.implicit:
@@ -135,6 +138,12 @@ class _Chain:
             self.add(SINGLE, self.row["turn_b"], turn=1.0)
         elif self.row["ball"] >= 0:
             self.add(BALL, self.row["ball"])
+
+    def three_slides(self) -> None:
+        """Add the links of a point: its coordinates in W."""
+        for axis in range(3):
+            self.add(SINGLE, axis, slide=1.0, axis=axis)
+            self.links[-1]["sign"] = 1.0
 
     def hang(self) -> None:
         """Add all links of a joint, from the marker of the parent to the marker of the body."""
@@ -282,6 +291,9 @@ def link_rows(tree, state, work, wanted) -> Drawn:
     driven = {tree.rate_places[name] for name in tree.drives}
     drawn = Drawn(tree, set(wanted), modal)
     for k, row in enumerate(tree.rows):
+        if row["held"] == POINTS:
+            _add_point(drawn, k, row, state)
+            continue
         r_b, R_b = _frame(state.q[row["q"] : row["q"] + 7])
         at = int(tree.tree.tables.parent[k])
         if row["held"] == FREE:
@@ -309,6 +321,19 @@ def link_rows(tree, state, work, wanted) -> Drawn:
     return drawn
 
 
+def _add_point(drawn: Drawn, k: int, row, state) -> None:
+    """Add the links of a point mass; states of forces and blocks have none."""
+    name = drawn.tree.tree.order[k]
+    if name not in drawn.tree.system.body_slices:
+        drawn.frames.append((-1, np.zeros(3), np.eye(3)))
+        return
+    chain = _Chain(row, -1, np.zeros(3), np.eye(3))
+    chain.three_slides()
+    drawn.take(chain, k, ())
+    drawn.rows[-1]["mass"] = drawn.tree.model.body(name).rest_inertia()[0]
+    drawn.frames.append((len(drawn.rows) - 1, state.q[row["q"] : row["q"] + 3].copy(), chain.R.T))
+
+
 def _give_inertia(link, body, away, R_b, axes) -> None:
     """Write the inertia of a body to its link, whose axes (3, 3) stand in W; `away` (3,) to the body's origin, in W."""
     T, s = axes.T @ R_b, axes.T @ away  # T: from body axes to link axes
@@ -327,11 +352,14 @@ def link_marks(tree, drawn: Drawn, work, wanted) -> np.ndarray:
     for number in sorted(wanted):
         marker = work.markers[number]
         k = place.get(names[marker["body"]])
-        if k is None or (tree.rows[k]["modes"] and number not in drawn.marks):  # the amount of a load shape
+        if k is None or drawn.frames[k][0] < 0:  # stands still, or is of states
+            continue
+        bends = tree.rows[k]["held"] != POINTS and tree.rows[k]["modes"] > 0
+        if bends and number not in drawn.marks:  # the amount of a load shape
             continue
         mark = np.zeros((), MARK)
         mark["marker"] = number
-        if tree.rows[k]["modes"]:
+        if bends:
             mark["link"], mark["s"], mark["A"] = drawn.marks[number]
         else:
             link, r, L = drawn.frames[k]

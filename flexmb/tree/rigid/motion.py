@@ -25,6 +25,7 @@ from flexmb.tree.rigid import called as rigid_passes
 from flexmb.tree.rigid.closing import wrench_at
 from flexmb.tree.rigid.link_tree import LINK_TREE, LinkTree, call_pass, call_spread
 from flexmb.tree.rigid.places import BALL, BEND, FRAME, SINGLE
+from flexmb.tree.rigid.states import move_states, place_states
 
 __all__ = [
     "act_on_links",
@@ -79,7 +80,7 @@ def pose_links(tree):
 
 @kernel
 def place_marks(tree, work):
-    """Write position, axes and velocities of the markers, without wrenches."""
+    """Write position, axes and velocities of the markers, and their states, without wrenches."""
     marks, markers, poses, rows = tree.marks, work.markers, tree.poses, tree.rows
     for n in range(len(marks)):
         mark = marks[n]
@@ -96,6 +97,7 @@ def place_marks(tree, work):
                 marker.R[i, j] = p * mark.A[0, j] + q * mark.A[1, j] + r * mark.A[2, j]
         for i in range(6):
             marker.wrench[i] = 0.0
+    place_states(tree, work)
 
 
 @kernel
@@ -211,6 +213,7 @@ def evaluation(tree, work, t):
         call_pass(tree.run[0].factorise, tree, work)
         closing_rates(tree, c, work, True)
         call_spread(tree.run[0].solve, tree, 1.0)
+    move_states(tree, work, 1.0)
     tree.powers[:] = 0.0
     if len(tree.marks) > 0 or len(program.forces) > 0 or len(tree.flexible.bodies) > 0:
         tree.powers[0], tree.powers[2] = work.energy[0].load_power, work.energy[0].dissipation

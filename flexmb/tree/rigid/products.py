@@ -11,6 +11,7 @@ from flexmb.tree.flexible import inverse as flexible_inverse
 from flexmb.tree.rigid import inverse as rigid_inverse
 from flexmb.tree.rigid.link_tree import LinkTree, call_pass, call_spread
 from flexmb.tree.rigid.motion import act_on_links, closing_rates, evaluate_loops, place_marks, pose_links
+from flexmb.tree.rigid.states import move_states, resist_states
 
 __all__ = ["invertible", "link_product", "link_solution", "link_torques"]
 
@@ -42,6 +43,7 @@ def link_torques(tree, work, t):
         place_marks(tree, work)
         act_on_links(tree, chart, program, work, t)
     call_pass(tree.run[0].invert, tree, work)
+    resist_states(tree, work, 1.0)
 
 
 @kernel
@@ -49,6 +51,7 @@ def link_product(tree, work):
     """Write the product of the mass matrix at tree.x with tree.a to tree.tau."""
     _place_at_rest(tree, work)
     call_pass(tree.run[0].invert, tree, work)
+    resist_states(tree, work, 0.0)
     tree.run[0].still = 0
 
 
@@ -75,4 +78,5 @@ def link_solution(tree, work, t):
             tree.a[:] = 0.0
             call_spread(tree.run[0].solve, tree, 0.0)
             tree.a[:] += alone
+        move_states(tree, work, 0.0)
     tree.run[0].still = 0
