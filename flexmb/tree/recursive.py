@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 
 from flexmb.errors import CompileError, ModelError
+from flexmb.math.found_once import found_once
 from flexmb.math.kernel import kernel
 from flexmb.math.weights import weigh
 from flexmb.model.described import Described
@@ -30,10 +30,18 @@ TURNS = 200
 """Iterations of friction by joint reactions, at most; each gains at least the factor of a coefficient of friction."""
 
 
-@lru_cache(maxsize=16)
-def _storage(tree: Spanning, thread: int):
-    """Return the scratch of a tree, one per thread, like a workspace: large arrays are costly to make anew."""
-    return new_store(tree.tables)
+@found_once
+def _storages(tree: Spanning) -> threading.local:
+    """Return what has the scratch of a tree, one per thread, like a workspace: large arrays are costly to make anew."""
+    return threading.local()
+
+
+def _storage(tree: Spanning):
+    """Return the scratch of a tree in this thread."""
+    own = _storages(tree)
+    if not hasattr(own, "store"):
+        own.store = new_store(tree.tables)
+    return own.store
 
 
 @kernel
@@ -91,7 +99,7 @@ class Recursive(metaclass=Described):
         tree = self.tree(system)
         if system.implicit:
             return _factorised(system, state, work)
-        store = _storage(tree, threading.get_ident())
+        store = _storage(tree)
         own = state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng))
         weigh(work.weights, 1.0, constrained=0)
         evaluate(system.program, own, work)

@@ -8,12 +8,12 @@ joint connects to the ground float: the root of their tree has six free velociti
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from flexmb.errors import CompileError, did_you_mean
+from flexmb.math.found_once import found_once
 from flexmb.math.structures import Integers, structure
 
 __all__ = ["Spanning", "TreeTables", "spanning_tree"]
@@ -138,7 +138,7 @@ def _refuse_bodies_of_nodes(system) -> None:
 Carriers = tuple[tuple[str, ...], tuple[str, ...]]
 
 
-@lru_cache(maxsize=16)
+@found_once
 def spanning_tree(system, cut: tuple[str, ...] = (), carriers: Carriers | None = None) -> Spanning:
     """Return a spanning tree of the joints of a system (found once for each choice).
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from flexmb.math.found_once import found_once
 from flexmb.model.connections import Separations, beside
 
 __all__ = ["Holders"]
@@ -76,7 +76,7 @@ class _Surroundings(NamedTuple):
     """By body, for each force: the markers that it can hold against turning, and does it hold them against motion?"""
 
 
-@lru_cache(maxsize=4)
+@found_once
 def _surroundings(system) -> _Surroundings:
     """Return what bodies of a system have beside them (found once)."""
     bodies, model, table = _bodies_of_markers(system), system.model, system.tables["legs"]
