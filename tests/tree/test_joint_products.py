@@ -169,12 +169,12 @@ def test_driven_joints_move_as_they_are_told(rng):
         driven.mass_solution(q, a)
 
 
-def test_trees_with_points_take_the_equations_of_all_bodies(rng):
-    """A mass on a spring is no link: its rates are its velocities."""
+def test_the_rates_of_a_point_are_its_velocities(rng):
+    """A mass on a spring: forces on its rates are those on it."""
     bob = fmb.PointMass("bob", mass=2.0, at=(0, 1.0, 0))
     tie = fmb.SpringDamper("tie", markers=("b0.end", "bob.center"), stiffness=30.0, length=0.5)
     tree = fmb.JointTree(chain(1).with_parts(bodies=[bob], forces=[tie]))
-    assert tree.invertible_links is None
+    assert tree.invertible_links is not None
     names, a = tree.rate_names, rng.normal(size=4)
     hinge = names.index("j0.turn")
     product = tree.mass_product(tree.start.q, a)
@@ -182,6 +182,7 @@ def test_trees_with_points_take_the_equations_of_all_bodies(rng):
     expected = 2.0 * a
     expected[hinge] = J * a[hinge]
     np.testing.assert_allclose(product, expected, rtol=1e-12)
+    np.testing.assert_allclose(tree.mass_solution(tree.start.q, expected), a, rtol=1e-12)
 
 
 def test_forces_that_depend_on_reactions_are_refused():
