@@ -31,7 +31,7 @@ _ROOMS = {
     "flexmb.integrate": "ArcLength Augmented Baumgarte LoadSteps NullSpace UdwadiaPhohomsiri accelerations campbell "
     "check disturbed equations first_frequencies impulses inverse_dynamics kinematics linearize mode_motion "
     "resume root_locus simulate spectral_response statics stepper variances",
-    "flexmb.tree": "JointTree Recursive RelativeState",
+    "flexmb.tree": "Centroid JointTree Recursive RelativeState",
     "flexmb.profiles": "Arc Cam Disc Involute Line Outline Profile Slot SmoothOutline Spline",
     "flexmb.results": "Solution Status wear",
     "flexmb.trust": "Verification verify",

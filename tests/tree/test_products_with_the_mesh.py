@@ -70,6 +70,35 @@ def test_products_of_two_hinged_beams(beam):
     np.testing.assert_allclose(tree.mass_solution(q, v), solved, atol=1e-10 * np.abs(solved).max())
 
 
+def test_centre_of_mass_and_momenta_of_two_hinged_beams(beam):
+    """By the nodal motion, and what the mass matrix of the mesh makes of translations and rotations of all nodes."""
+    fe, data = beam
+    bodies = [
+        fmb.FloatingBody("b1", data=data, rotation=(0, 0, TURNS[0])),
+        fmb.FloatingBody("b2", data=data, at=about_z(TURNS[0]) @ (LENGTH, 0, 0), rotation=(0, 0, sum(TURNS))),
+    ]
+    hinges = {"A": ("ground.origin", "b1.root"), "B": ("b1.tip", "b2.root")}
+    joints = [fmb.Revolute(name, markers=pair) for name, pair in hinges.items()]
+    tree = fmb.JointTree(fmb.Model(bodies=[fmb.Ground(), *bodies], joints=joints))
+    found = tree.centroid(tree.start.q)
+    shift = np.tile(np.eye(6)[:, :3], (NODES, 1))
+    turn = np.vstack([np.vstack([np.cross(np.eye(3), place).T, np.eye(3)]) for place in fe.nodes])
+    mass = 2.0 * (shift.T @ fe.M @ shift)[0, 0]
+    along = (shift.T @ fe.M @ turn)[1, 2] / (0.5 * mass)  # of the centre of one beam from its root
+    origins = np.array([np.zeros(3), bodies[1].at])
+    axes = [about_z(TURNS[0]), about_z(sum(TURNS))]
+    center = np.mean([r + R @ (along, 0, 0) for r, R in zip(origins, axes, strict=True)], axis=0)
+    expected = np.zeros((6, len(tree.rate_names)))
+    for r, R, J in zip(origins, axes, motions(data, tree.rate_names), strict=True):
+        linear = R @ (shift.T @ (fe.M @ J))
+        expected[:3] += linear
+        expected[3:] += R @ (turn.T @ (fe.M @ J)) + np.cross(r - center, linear.T).T
+    np.testing.assert_allclose(found.mass, mass, rtol=1e-12)
+    np.testing.assert_allclose(found.position, center, atol=1e-13)
+    np.testing.assert_allclose(found.momentum_matrix, expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(found.jacobian, expected[:3] / mass, atol=1e-12)
+
+
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 def test_units_do_not_matter(beam, scale, rng):
     """A body `scale` times as long and slow, scale^3 times as heavy: forces and motions have the powers they must."""

@@ -42,17 +42,20 @@ def _on_rates(row, work, W, tau):
 
 
 @inner_kernel
-def _marker_entry(marker, work, i, j):
+def _marker_entry(marker, work, i, j, stiffened):
     """Return entry (i, j) of what a wrench at the marker multiplies: J, less what stiffens the body."""
     x = work.J[marker.iJ + i * marker.nu + j]
-    if marker.iH >= 0:
+    if stiffened == 1 and marker.iH >= 0:
         x -= work.H[marker.iH + i * marker.nu + j]
     return x
 
 
 @kernel
-def gather_torques(rows, state, work, force, tau):
-    """Write the forces on all rates, eq. (tree-torques); `force` (nu,) is M a - f of the bodies, and is overwritten."""
+def gather_torques(rows, state, work, force, tau, stiffened):
+    """Write the forces on all rates, eq. (tree-torques); `force` (nu,) is M a - f of the bodies, and is overwritten.
+
+    stiffened : 1 for wrenches, which stiffen bodies at their interfaces; 0 for the transposed Jacobian alone
+    """
     W, s, R = np.empty(6), np.empty(3), np.empty((3, 3))
     for k in range(len(rows) - 1, -1, -1):
         row = rows[k]
@@ -72,7 +75,7 @@ def gather_torques(rows, state, work, force, tau):
         for j in range(row.modes):
             x = force[u + 6 + j]
             for i in range(6):
-                x -= _marker_entry(C, work, i, 6 + j) * W[i]
+                x -= _marker_entry(C, work, i, 6 + j, stiffened) * W[i]
             tau[at + j] = x
         if Q.nu == 0:
             continue
@@ -81,4 +84,4 @@ def gather_torques(rows, state, work, force, tau):
         add_cross(s, W[0:3], W[3:6])
         for j in range(Q.nu):
             for i in range(6):
-                force[Q.iu + j] += _marker_entry(Q, work, i, j) * W[i]
+                force[Q.iu + j] += _marker_entry(Q, work, i, j, stiffened) * W[i]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import CompileError, ModelError, did_you_mean
+from flexmb.errors import ModelError, did_you_mean
 from flexmb.math.jets import SignalCode, sample_signals
 from flexmb.math.tables import State, Work
 from flexmb.model.model import Model
@@ -19,9 +19,10 @@ from flexmb.system.given_state import given_state
 from flexmb.system.program import evaluate, keep_branches
 from flexmb.system.system import System
 from flexmb.tree.coordinates.carriers import carriers
+from flexmb.tree.coordinates.centroid import Centroid, centroid
 from flexmb.tree.coordinates.driven import driven_coordinates
 from flexmb.tree.coordinates.joint_jacobian import write_jacobian
-from flexmb.tree.coordinates.linked import drawn_links, moving_links, refuse_drives, timeless_chart
+from flexmb.tree.coordinates.linked import invertible_links, moving_links, refuse_drives, timeless_chart
 from flexmb.tree.coordinates.motions import counted_turns, describable, euler_places, labels, motion_rows
 from flexmb.tree.coordinates.no_inertia import without_inertia
 from flexmb.tree.coordinates.passes import read_state
@@ -226,6 +227,16 @@ class JointTree:
         nu, at, iu = int(seen["nu"]), int(seen["iJ"]), int(seen["iu"])
         return J[at : at + 6 * nu].reshape(6, nu) @ state.a[iu : iu + nu] + seen["bias"]
 
+    def centroid(self, q: Any, v: Any = None, a: Any = None) -> Centroid:
+        """Return the centre of mass of all bodies and their momenta, with Jacobians and rates, eq. (tree-centroid).
+
+        Rates v and second rates a (nv,) are zero unless given: the acceleration at v alone is J' v.
+        """
+        if isinstance(q, RelativeState):
+            q, v, a = q.q, q.v, q.a
+        q, v, a = self._checked(q, v, a)
+        return centroid(self, self.absolute(q, v, a), v)
+
     @cached_property
     def _bodies(self) -> dict[str, int]:
         """Places of the bodies in the order of the tree."""
@@ -307,8 +318,7 @@ class JointTree:
         return mass_solution(self, self._moved_links(), *self._checked(q, None, tau)[::2])
 
     def _moved_links(self) -> LinkTree:
-        """Return the links for forward dynamics: forces move them."""
-        refuse_drives(self)
+        refuse_drives(self)  # forward dynamics is for joints that forces move
         return self._links
 
     def linked(self, chart: Chart) -> LinkTree:
@@ -325,12 +335,7 @@ class JointTree:
     @cached_property
     def invertible_links(self) -> LinkTree | None:
         """The links for inverse dynamics, which need not have inertia; None if the model has more than they know."""
-        if "_links" in vars(self):
-            return invertible(self._links)
-        try:
-            return invertible(drawn_links(self, timeless_chart(self, self._start), self._start))
-        except CompileError:
-            return None
+        return invertible(self._links) if "_links" in vars(self) else invertible_links(self, self._start)
 
     @cached_property
     def _links(self) -> LinkTree:

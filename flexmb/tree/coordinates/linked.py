@@ -12,8 +12,9 @@ from flexmb.tree.coordinates.no_inertia import without_inertia
 from flexmb.tree.coordinates.settle import Chart, new_chart
 from flexmb.tree.rigid.link_tree import LinkTree, link_tree
 from flexmb.tree.rigid.motion import evaluate_links, ready
+from flexmb.tree.rigid.products import invertible
 
-__all__ = ["drawn_links", "moving_links", "refuse_drives", "timeless_chart"]
+__all__ = ["drawn_links", "invertible_links", "moving_links", "refuse_drives", "timeless_chart"]
 
 
 def timeless_chart(tree, start) -> Chart:
@@ -42,6 +43,16 @@ def drawn_links(tree, chart: Chart, start) -> LinkTree:
     program = tree.system.program._replace(floor=np.zeros(len(tree.system.program.floor)))
     evaluate(program, start, tree.work)
     return ready(link_tree(tree, chart, start, tree.work))
+
+
+def invertible_links(tree, start) -> LinkTree | None:
+    """Return the same links, whether their motions have inertia or not, for inverse dynamics; None if the model has
+    more than they know.
+    """
+    try:
+        return invertible(drawn_links(tree, timeless_chart(tree, start), start))
+    except CompileError:
+        return None
 
 
 def moving_links(tree, chart: Chart, start) -> LinkTree:

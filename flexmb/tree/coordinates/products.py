@@ -43,7 +43,7 @@ def _of_bodies(tree, q, v, a, t: float) -> np.ndarray:
     weigh(work.weights, 1.0, 0.0, 0.0, 0.0, 0, 0)  # what stiffens bodies belongs to the tangent
     evaluate(tree.system.program, state, work)
     tau = np.zeros(len(tree.rate_names))
-    gather_torques(tree.rows, state, work, work.residual.copy(), tau)
+    gather_torques(tree.rows, state, work, work.residual.copy(), tau, 1)
     return tau
 
 
