@@ -152,10 +152,16 @@ def flat() -> fmb.Model:
     [
         (
             flat,
-            r"Body 'f0' \(joint 'j0'\): 9 modes, of which it does not tell .*\. Expected: rigid bodies with a frame, "
-            r"and reduced ones in space\. Use .*formulation=fmb.Recursive",
+            r"Body 'f0' \(joint 'j0'\): 9 modes, of which it does not tell .*\. Expected: points, rigid bodies with a "
+            r"frame, and reduced ones in space\. Use .*formulation=fmb.Recursive",
         ),
-        (lambda: chain(1).with_parts(bodies=[fmb.PointMass("bob", mass=1.0)]), r"Body 'bob': it has no frame"),
+        (
+            lambda: chain(1).with_parts(
+                bodies=[fmb.PointMass("bob", mass=1e-6, at=(1.0, -1.0, 0))],
+                joints=[fmb.Rod("string", markers=("b0.end", "bob.center"))],
+            ),
+            r"Body 'bob': 1e-06 kg between joints that hold far heavier bodies",
+        ),
         (
             lambda: chain(1).with_parts(forces=[fmb.JointFriction("rub", joint="j0", moving=0.1, radius=0.1)]),
             r"'rub'.*: a force that depends on reactions\. Expected: forces of place and motion",
