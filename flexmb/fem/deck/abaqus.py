@@ -113,6 +113,8 @@ def _model_data(flat: Flat, deck: Deck) -> list:
             kept.append((block, scope))
             told(block.name, deck.inventory)
             tell_parameters(block, deck.inventory)
+    if inside:
+        deck.inventory.left_out["what may follow the last line: *STEP has no *END STEP, as in a file cut off"] += 1
     flat.blocks = kept
     return first
 

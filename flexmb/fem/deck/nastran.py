@@ -234,6 +234,8 @@ def _elements(deck: Deck) -> dict[int, np.ndarray]:
 def _tell(bulk: Bulk, deck: Deck) -> None:
     """Put into the inventory what was not read: structural cards by name, the rest as not needed."""
     inventory = deck.inventory
+    if not bulk.ended:
+        inventory.left_out["what may follow the last line: there is no ENDDATA, as in a file that was cut off"] += 1
     for name, count in sorted(bulk.counts.items()):
         if name in KNOWN or STRUCTURAL.match(name) or name in (*MASS_PARTS, *CURVED) or inventory.read.get(name):
             continue

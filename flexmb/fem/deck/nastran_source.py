@@ -13,7 +13,7 @@ from flexmb.fem.deck.files import beside, deck_bytes
 from flexmb.fem.deck.nastran_replication import Replication, replicates
 from flexmb.files import resolved
 
-__all__ = ["Lines", "Places", "control", "deck_lines"]
+__all__ = ["BEGIN", "Lines", "Places", "control", "deck_lines"]
 
 INCLUDE = re.compile(rb"""^\s*INCLUDE\s+(.*)$""", re.IGNORECASE)
 BEGIN = re.compile(rb"^\s*BEGIN\s*(BULK|SUPER|ARBMODEL|AUXMODEL)?\b\s*(.*)$", re.IGNORECASE)

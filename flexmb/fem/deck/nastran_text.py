@@ -17,7 +17,7 @@ import numpy as np
 
 from flexmb.errors import MeshError
 from flexmb.fem.deck.files import HUGE
-from flexmb.fem.deck.nastran_source import Lines, Places, control, deck_lines
+from flexmb.fem.deck.nastran_source import BEGIN, Lines, Places, control, deck_lines
 from flexmb.fem.ranges import LARGEST
 
 __all__ = ["Bulk", "Card", "FieldTable", "read_bulk"]
@@ -171,13 +171,17 @@ class FieldTable:
 
 @dataclass(eq=False)
 class Bulk:
-    """The bulk data: few cards one by one, many as tables; the chosen SPC and MPC sets; comments with names."""
+    """The bulk data: few cards one by one, many as tables; the chosen SPC and MPC sets; comments with names.
+
+    `ended` is False where BEGIN BULK opens the data and no ENDDATA closes them.
+    """
 
     cards: dict[str, list[Card]] = field(default_factory=dict)
     tables: dict[str, FieldTable] = field(default_factory=dict)
     choices: dict[str, int] = field(default_factory=dict)
     comments: list[str] = field(default_factory=list)
     counts: Counter[str] = field(default_factory=Counter)
+    ended: bool = True
 
     def of(self, *names: str) -> list[Card]:
         """Return the cards of some names, in the order of the file for each name."""
@@ -188,7 +192,7 @@ def read_bulk(path: Path) -> Bulk:
     """Read a deck; MeshError names file and line of what cannot be read."""
     lines = deck_lines(path)
     start, choices = control(lines, path)
-    bulk = Bulk(choices=choices)
+    bulk = Bulk(choices=choices, ended=not (start and BEGIN.match(lines[start - 1])))
     starts: dict[bytes, array] = {}
     begun = False
     for k in range(start, len(lines)):
@@ -201,6 +205,7 @@ def read_bulk(path: Path) -> Bulk:
         if first in b" +*," and begun:
             continue
         if first in b"eE" and END.match(text):
+            bulk.ended = True
             break
         begun = True
         key = text[:8].split(b",")[0].strip().rstrip(b"* ").upper()
