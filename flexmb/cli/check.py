@@ -24,6 +24,8 @@ def execute(arguments: argparse.Namespace) -> int:
     given = settings(arguments)
     file = fmb.io.OpenModelFile(arguments.model, trust=arguments.trust)
     model = file.model(given)
+    if table := file.tables.get("simulation"):
+        file.simulation(given, t_end=None if "t_end" in table else 1.0)  # what a run would refuse is told here
     print(repr(model))
     report = fmb.check(model)
     print(report)

@@ -17,6 +17,8 @@ from flexmb.errors import ModelError
 
 MANY = 12
 """Pictures from which on it is said how many there are: each takes a second or more."""
+UNDAMPED = 1e-12
+"""Damping ratio below which rounding is all there is of it."""
 NAME = "modes"
 SUMMARY = "print frequencies and damping of a mechanism, draw its mode shapes, write them for ParaView"
 
@@ -46,7 +48,8 @@ def execute(arguments: argparse.Namespace) -> int:
     chosen = chosen if arguments.count is None else chosen[: arguments.count]
     print(f"  {'mode':>4} {'frequency [Hz]':>16} {'damping ratio':>14}")
     for n, k in enumerate(chosen, start=1):
-        print(f"  {n:4d} {linear.frequencies[k]:16.6g} {linear.damping_ratios[k]:14.4g}")
+        ratio = linear.damping_ratios[k]
+        print(f"  {n:4d} {linear.frequencies[k]:16.6g} {0.0 if abs(ratio) < UNDAMPED else ratio:14.4g}")
     without = int((linear.frequencies == 0.0).sum())
     if without:
         print(f"  {without} without oscillation")

@@ -95,7 +95,8 @@ def _read(path: Path, part: str) -> Any:
             remedy="Export .vtu, .vtk, .stl or .ply",
         )
     require_counts(path)
-    return meshio.read(path)
+    with np.errstate(over="ignore"):  # it reads letters of a text STL as a number of triangles first, and multiplies it
+        return meshio.read(path)
 
 
 def _triangles(mesh, part: str) -> tuple[np.ndarray, np.ndarray, list[int]]:

@@ -87,7 +87,7 @@ class Model(metaclass=Described):
     def __post_init__(self):
         title = f"Model '{self.name}'"
         check_mapping(self.parameters, title, "parameters", '{"length": 0.5}')
-        object.__setattr__(self, "gravity", vector3(self.gravity, title, "gravity"))
+        object.__setattr__(self, "gravity", vector3(self.gravity, title, "gravity", "(0.0, 0.0, -9.81)"))
         for family in FAMILIES:
             given = getattr(self, family)
             given = entries_of(given) if isinstance(given, np.ndarray) else given

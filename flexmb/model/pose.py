@@ -18,8 +18,8 @@ ORTHOGONAL = 1e-9 + 1e-5 * np.eye(3)
 """How far R R^T may be from one: axes of the length of rounded numbers, perpendicular to the last digits."""
 
 
-def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
-    """Return `value` as three floats; ModelError naming part and field otherwise."""
+def vector3(value: Any, part: str, field: str, example: str = "(0.0, 0.0, 0.0)") -> tuple[float, float, float]:
+    """Return `value` as three floats; ModelError naming part and field, with an example, otherwise."""
     if type(value) in (tuple, list) and len(value) == 3 and all(type(x) is float and isfinite(x) for x in value):
         return tuple(value)  # as most are: a large model has thousands, and an array of each takes ten times as long
     array = finite_array(value)
@@ -28,7 +28,7 @@ def vector3(value: Any, part: str, field: str) -> tuple[float, float, float]:
             part,
             found=f"{field} = {value!r}",
             expected="three finite numbers (x, y, z)",
-            remedy=f"Write {field} = (0.0, 0.0, 0.0)",
+            remedy=f"Write {field} = {example}",
         )
     return float(array[0]), float(array[1]), float(array[2])
 

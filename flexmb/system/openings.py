@@ -91,7 +91,8 @@ def _wrongly_drawn(system: System, work, name: str, metres: float, radians: floa
         found=f"as described it is open by {_turn(system, work, name, radians):.3g} rad: {axes}",
         expected=f"less than {WRONG_TURN:g} rad: bodies are turned to close what a drawing leaves open, not to find "
         "their directions",
-        remedy="Correct rotation= of its bodies, or the axes of these markers: their z-axis is the axis of a joint",
+        remedy="Correct rotation= of its bodies, or the axes of these markers, whose z-axis is the axis of a joint; of "
+        f"reduced bodies too: markers={{'{list(markers)[-1].partition('.')[2]}': Pose.axes(z=...)}}",
     )
 
 

@@ -97,3 +97,31 @@ def test_verbs_of_models_name_the_verb_for_decks(tmp_path, capsys, verb):
     told = capsys.readouterr().err
     assert "it is a deck of finite elements" in told
     assert f"flexmb show {path}" in told
+
+
+@pytest.mark.parametrize(
+    ("table", "told"),
+    [
+        ('t_end = "2*period"', "Simulation: t_end = '2*period'"),
+        ("t_end = 1.0\nsamples = 0", "Simulation: samples = 0"),
+        ('integrator = "IDAA"', "Did you mean 'IDA'"),
+    ],
+)
+def test_what_a_run_would_refuse_is_told(tmp_path, capsys, table, told):
+    path = tmp_path / "hanging.toml"
+    path.write_text(HANGING + f"[simulation]\n{table}\n")
+    assert main(["check", str(path)]) != 0
+    assert told in capsys.readouterr().err
+
+
+def test_the_end_may_be_given_by_the_command(tmp_path):
+    path = tmp_path / "hanging.toml"
+    path.write_text(HANGING + "[simulation]\nsamples = 11\n")
+    assert main(["check", str(path)]) == 0
+
+
+def test_gravity_that_is_a_number_is_shown_how_to_write(tmp_path, capsys):
+    path = tmp_path / "hanging.toml"
+    path.write_text(HANGING.replace(f"gravity = [0, 0, {-G}]", "gravity = -9.81"))
+    assert main(["check", str(path)]) != 0
+    assert "gravity = (0.0, 0.0, -9.81)" in capsys.readouterr().err

@@ -93,6 +93,13 @@ def test_modes(oscillator, capsys):
         assert (oscillator / f"shapes{stiffness:g}" / "mode_1.pvd").exists()
 
 
+def test_damping_of_nothing_is_zero(tmp_path, capsys):
+    """What rounding leaves of it, and its sign, is not printed."""
+    (tmp_path / "free.toml").write_text(OSCILLATOR.replace("damping = 3.0", "damping = 0.0"))
+    assert main(["modes", str(tmp_path / "free.toml"), "--statics"]) == 0
+    assert capsys.readouterr().out.splitlines()[1].split()[2] == "0"
+
+
 def test_modes_are_those_of_where_runs_begin(tmp_path, monkeypatch, capsys):
     """A pendulum drawn on its side: sqrt(g / l) about its equilibrium, nothing that swings as drawn."""
     monkeypatch.chdir(tmp_path)

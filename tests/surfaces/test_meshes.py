@@ -346,3 +346,18 @@ def test_damaged_texts_of_surfaces(tmp_path, name, text, said):
     (tmp_path / name).write_text(text)
     with pytest.raises(fmb.MeshError, match=said):
         fmb.TriangleMesh(file=tmp_path / name)
+
+
+def test_a_file_of_text_is_read_without_a_word(tmp_path, recwarn):
+    """Its first letters, read as the number of triangles of a binary file, are more than 32 bits hold bytes of."""
+    points, triangles = box((1.0, 1.0, 1.0))
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join(f"vertex {x!r} {y!r} {z!r}\n" for x, y, z in np.asarray(points, float)[row].tolist())
+        + "endloop\nendfacet\n"
+        for row in triangles
+    )
+    (tmp_path / "box.stl").write_text("solid Created by Gmsh " + "x" * 80 + "\n" + facets + "endsolid\n")
+    mesh = surface(fmb.TriangleMesh(file=tmp_path / "box.stl"))
+    assert distance(mesh, (0.0, 0.0, 0.75))[0] == pytest.approx(0.25)
+    assert not recwarn.list
