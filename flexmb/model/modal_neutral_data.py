@@ -94,7 +94,8 @@ class ModalNeutralData(ModalArrays):
         )
 
     def nodes_named(self, where: Any, part: str) -> np.ndarray:
-        """Return node numbers (k,) of a set name, "node 63241", "element 812", a node number, or a sequence of these.
+        """Return node numbers (k,) of a set name, "node 63241", "element 812", a node number, the place (3,) of a node,
+        m, or a sequence of these.
 
         ModelError of the `part` where one does not exist.
         """

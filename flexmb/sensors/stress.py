@@ -12,6 +12,7 @@ from flexmb.constraints import Measured
 from flexmb.errors import ModelError, did_you_mean
 from flexmb.model.described import whole
 from flexmb.model.kinds import Sensor
+from flexmb.model.node_places import place_of
 from flexmb.model.numbering import named_numbers
 from flexmb.sensors.flexible_coordinate import combined, reduced_data
 
@@ -33,21 +34,22 @@ class Stress(Sensor):
     name : str
     body : str
         Name of a body with stress modes.
-    node : int, str, sequence of these, or None
+    node : int, str, (3,), m, sequence of these, or None
         Name of a node or element set, a part or a material of the mesh or deck; ``"node 63241"`` or ``"element 812"``,
-        numbers of the deck; or node numbers in the body's data. None is the whole body.
+        numbers of the deck; node numbers in the body's data; or the place of a node in the axes of the mesh, of whose
+        coordinates one has a decimal point. None is the whole body.
     component : str
         "von_mises", "xx", "yy", "zz", "xy", "yz", "zx", or "tensor" (one node only).
     """
 
     _: KW_ONLY
     body: str
-    node: int | str | Sequence[int | str] | None = None
+    node: int | str | Sequence[int | float | str | Sequence[float]] | None = None
     component: str = "von_mises"
 
     def __post_init__(self):
         super().__post_init__()
-        object.__setattr__(self, "node", whole(self.node))
+        object.__setattr__(self, "node", _whole_but_places(self.node))
         known = ("von_mises", *COMPONENTS, "tensor")
         if self.component not in known:
             raise ModelError(
@@ -56,7 +58,8 @@ class Stress(Sensor):
                 expected=f"One of: {', '.join(known)}",
                 remedy=did_you_mean(str(self.component), known) or "Omit it for von Mises stress",
             )
-        if self.component == "tensor" and not isinstance(self.node, int | np.integer | str):
+        one = isinstance(self.node, int | np.integer | str) or place_of(self.node) is not None
+        if self.component == "tensor" and not one:
             raise self._no_tensor(f"node = {self.node!r}")
 
     def check(self, model) -> None:
@@ -147,6 +150,15 @@ class Stress(Sensor):
         if self.component == "von_mises":
             return series.largest_von_mises(self.body, self._nodes(series))
         return series.stress(self.body, self._nodes(series))[:, :, COMPONENTS.index(self.component)].max(axis=1)
+
+
+def _whole_but_places(node: Any) -> Any:
+    """Return node numbers that arithmetic made floats as integers, and places as tuples of floats."""
+    if (place := place_of(node)) is not None:
+        return place
+    if isinstance(node, list | tuple):
+        return type(node)(map(_whole_but_places, node))
+    return whole(node)
 
 
 def _is_line(data, word: str) -> bool:

@@ -127,6 +127,7 @@ KNOWN = {
         "integrate/ida/run.py: max(min(1.0, FARTHER * system.lengths.whole / farthest), LEAST)",
         "integrate/implicit/through.py: max(error, 1e-06)",
         "integrate/linear/campbell.py: self.damping_ratios > -1e-07",
+        "cli/modes.py: abs(ratio) < UNDAMPED",
         "integrate/linear/first_frequencies.py: abs(value) * self.mu >= NOTHING",
         "integrate/linear/plant.py: share > ACCURATE",
         "integrate/nonsmooth/cone.py: abs(step) < ROUNDING",

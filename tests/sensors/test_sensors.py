@@ -122,6 +122,34 @@ def test_stress(solution):
     np.testing.assert_allclose(solution[sensors.Stress("s", body="block", component="xy")], sigma[:, :, 3].max(1))
 
 
+@pytest.mark.parametrize("place", [(0.5, 0.1, 0.5), [0.5, 0.1, 0.5 + 1e-7], np.array([0.5, 0.1, 0.5])])
+def test_stress_at_the_place_of_a_node(solution, place):
+    """A mesh of a drawing has no numbers that anybody knows; node 8 stands there, 0 and 1 at the corners below."""
+    for component in ("von_mises", "tensor"):
+        given, by_number = (sensors.Stress("s", body="block", node=n, component=component) for n in (place, 8))
+        np.testing.assert_array_equal(solution[given], solution[by_number])
+    several = solution[sensors.Stress("s", body="block", node=[(0.0, 0.0, 0.0), (1.0, 0, 0), 8])]
+    np.testing.assert_array_equal(several, solution[sensors.Stress("s", body="block", node=[0, 1, 8])])
+    corner = solution[sensors.Stress("s", body="block", node=(1.0, 0.0, 0.0))]
+    np.testing.assert_array_equal(corner, solution[sensors.Stress("s", body="block", node=1)])
+
+
+@pytest.mark.parametrize(
+    ("node", "told"),
+    [
+        (
+            (0.5, 0.1, 0.45),
+            r"no node at \(0.5, 0.1, 0.45\) m; the nearest is 0.05 m away, at \(0.5, 0.1, 0.5\).*node = 8",
+        ),
+        ((0, 0, 1), r"node = \(0, 0, 1\), three node numbers or a place.*Write \(0.0, 0.0, 1.0\)"),
+        ((0.5, 0.1), "the place of a node, m"),
+    ],
+)
+def test_places_without_a_node_are_told(solution, node, told):
+    with pytest.raises(ModelError, match=told):
+        solution[sensors.Stress("s", body="block", node=node)]
+
+
 def test_momentum_of_rigid_bodies(solution):
     """Rod about its end: P = m v_c, L_z = (m l^2/3 + terms of the hinge's place) w; the block is left out."""
     model = solution.model.without("weld", "block")
