@@ -8,7 +8,7 @@ from flexmb.bodies.plate.ancf_plate import AncfPlate
 from flexmb.bodies.point_mass import PointMass
 from flexmb.bodies.rigid import RigidBody
 from flexmb.bodies.shape import VALUES as SHAPES
-from flexmb.bodies.shape import Box, Extrusion, Tube
+from flexmb.bodies.shape import Ball, Box, Extrusion, Tube
 from flexmb.model.kinds import Body
 from flexmb.model.registered import registered
 from flexmb.model.skin import Skin
@@ -18,4 +18,4 @@ KINDS = registered(globals(), Body)
 VALUES = {**SHAPES, "Skin": Skin}
 """Values of their fields, for model files."""
 
-__all__ = ["KINDS", *KINDS, "VALUES", "Box", "Extrusion", "Skin", "Tube"]
+__all__ = ["KINDS", *KINDS, "VALUES", "Ball", "Box", "Extrusion", "Skin", "Tube"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from flexmb.bodies.frame_momentum import rigid_momentum
 from flexmb.bodies.frame_state import check_frame, frame_state
 from flexmb.bodies.inertia_tensor import inertia_tensor
 from flexmb.bodies.rows import HEADER, add_own_block, add_product_skew, add_to_residual
-from flexmb.bodies.shape import checked_shapes
+from flexmb.bodies.shape import Ball, Box, Shape, Tube, checked_shapes
 from flexmb.errors import ModelError
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.rotations import euler_to_matrix
@@ -25,6 +25,9 @@ from flexmb.model.pose import Pose, as_pose, vector3
 from flexmb.model.table import Table
 
 __all__ = ["RigidBody"]
+
+BESIDE = 1.0 + 1e-9
+"""Size of a solid, relative, within which a marker is on it."""
 
 ROW = np.dtype(
     [
@@ -209,7 +212,8 @@ class RigidBody(Body):
     markers : mapping of name to pose
         In body axes. The marker ``center`` (centre of mass) always exists.
     shape : shape or sequence of shapes, optional
-        What is drawn: `Box`, `Tube`, `Extrusion`; without it bars between the markers.
+        What is drawn: `Ball`, `Box`, `Tube`, `Extrusion`; without it bars between the markers. `.box`, `.cylinder` and
+        `.sphere` are drawn as they are, unless a marker lies outside.
 
     Examples
     --------
@@ -292,10 +296,12 @@ class RigidBody(Body):
         """Make a box with edges `size` (3,), m, centred on its origin."""
         _require_positive(name, density=density)
         _require_no_mass(name, fields)
-        x, y, z = vector3(size, f"Body '{name}'", "size")
+        x, y, z = size = vector3(size, f"Body '{name}'", "size")
         mass = density * x * y * z
         inertia = (mass * (y * y + z * z) / 12.0, mass * (x * x + z * z) / 12.0, mass * (x * x + y * y) / 12.0)
-        return cls(name, mass=mass, inertia=inertia, **fields)
+        _require_positive(name, **dict(zip(("size[0]", "size[1]", "size[2]"), size)))
+        body = cls(name, mass=mass, inertia=inertia, **fields)
+        return _drawn(body, Box(size=size), lambda r: np.all(np.abs(r) <= 0.5 * BESIDE * np.array(size)))
 
     @classmethod
     @named_arguments
@@ -305,7 +311,10 @@ class RigidBody(Body):
         _require_no_mass(name, fields)
         mass = density * np.pi * radius**2 * length
         lateral = mass * (radius**2 / 4.0 + length**2 / 12.0)
-        return cls(name, mass=mass, inertia=(lateral, lateral, 0.5 * mass * radius**2), **fields)
+        body = cls(name, mass=mass, inertia=(lateral, lateral, 0.5 * mass * radius**2), **fields)
+        shape = Tube(start=(0.0, 0.0, -0.5 * length), end=(0.0, 0.0, 0.5 * length), radius=radius)
+        inside = lambda r: np.hypot(*r[:2]) <= BESIDE * radius and abs(r[2]) <= 0.5 * BESIDE * length  # noqa: E731
+        return _drawn(body, shape, inside)
 
     @classmethod
     @named_arguments
@@ -314,7 +323,15 @@ class RigidBody(Body):
         _require_positive(name, radius=radius, density=density)
         _require_no_mass(name, fields)
         mass = density * 4.0 / 3.0 * np.pi * radius**3
-        return cls(name, mass=mass, inertia=(0.4 * mass * radius**2,) * 3, **fields)
+        body = cls(name, mass=mass, inertia=(0.4 * mass * radius**2,) * 3, **fields)
+        return _drawn(body, Ball(radius=radius), lambda r: np.linalg.norm(r) <= BESIDE * radius)
+
+
+def _drawn(body: RigidBody, shape: Shape, inside: Callable[[np.ndarray], Any]) -> RigidBody:
+    """Return a body with the shape that it is made of, unless it has one, or a marker outside, which gets a bar."""
+    if body.shape or not all(inside(np.array(pose.at)) for pose in body.marker_poses().values()):
+        return body
+    return replace(body, shape=shape)
 
 
 def _require_no_mass(name: str, fields: Mapping[str, Any]) -> None:

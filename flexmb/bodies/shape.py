@@ -6,10 +6,10 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 from flexmb.errors import ModelError
-from flexmb.model.described import Described, entries_of, finite_array
+from flexmb.model.described import Described, entries_of, finite_array, is_number
 from flexmb.model.pose import vector3
 
-__all__ = ["VALUES", "Box", "Extrusion", "Shape", "Tube", "checked_shapes"]
+__all__ = ["VALUES", "Ball", "Box", "Extrusion", "Shape", "Tube", "checked_shapes"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +41,19 @@ class Box(Shape):
             object.__setattr__(self, name, vector3(getattr(self, name), "Shape Box", name))
         if min(self.size) <= 0.0:
             self._fail(f"size = {self.size} m", "three positive lengths", "Write size = (0.4, 0.1, 0.1)")
+
+
+@dataclass(frozen=True, eq=False)
+class Ball(Shape):
+    """A ball with the `radius`, m, its centre `at` (3,), m."""
+
+    radius: float
+    at: Any = (0.0, 0.0, 0.0)
+
+    def __post_init__(self):
+        object.__setattr__(self, "at", vector3(self.at, "Shape Ball", "at"))
+        if not is_number(self.radius) or not self.radius > 0.0:
+            self._fail(f"radius = {self.radius!r} m", "a positive length", "Write radius = 0.1")
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +109,7 @@ class Extrusion(Shape):
         object.__setattr__(self, "depth", tuple(sorted(depth.tolist())))
 
 
-VALUES = {kind.__name__: kind for kind in (Box, Extrusion, Tube)}
+VALUES = {kind.__name__: kind for kind in (Ball, Box, Extrusion, Tube)}
 """Shapes by name, for model files: ``shape = [{ kind = "Box", size = [0.4, 0.1, 0.1] }]``."""
 
 

@@ -21,6 +21,10 @@ from flexmb.results import recover
 __all__ = ["DrawnPart", "drawn_contacts", "drawn_parts", "surface_part"]
 
 
+ALIKE = 0.05
+"""Difference of the ends of a surface and a shape, relative to its size, up to which one of both is drawn."""
+
+
 @dataclass(frozen=True, eq=False)
 class DrawnPart:
     """A mesh that moves.
@@ -118,9 +122,9 @@ def _bodies(model, body, e, skin_only):
         line = SweptLine(body) if body.drawn == "line" else PlateSurface(body)
         points = line.points(body.initial_state()[0])
         yield DrawnPart(body.name, "flexible", points, np.zeros(len(points), int), (), line.cells, line=line)
-    elif getattr(body, "shape", ()):
+    elif getattr(body, "shape", ()) and not _shown_by_surfaces(model, body, poses):
         yield _fixed(body.name, "rigid", _shapes(body, ""))
-    elif not _has_surface(model, body):  # which is drawn
+    elif not getattr(body, "shape", ()) and not _has_surface(model, body):  # which is drawn
         surface = _rigid_shape(body, poses, e)
         if body.has_frame:
             yield _fixed(body.name, "rigid", [(("body", body.name, None), surface)])
@@ -166,6 +170,20 @@ def _has_surface(model, body) -> bool:
     used = {m for part in (*model.joints, *model.forces) if _joins(part) for m in _markers(part, model) if m}
     there = {m.partition(".")[2] for m in used if m.partition(".")[0] == body.name}
     return bool(near) and there <= near | {"center"}
+
+
+def _shown_by_surfaces(model, body, poses) -> bool:
+    """Is a surface of finite size drawn where the shapes of a body are, from one end to the other in all directions?"""
+    own = [s for s in model.surfaces if hasattr(s, "shape") and s.marker.partition(".")[0] == body.name]
+    surfaces = [(s.shape.drawing()[0], poses[s.marker.partition(".")[2]]) for s in own if np.isfinite(s.shape.reach)]
+    shapes = [(shape_surface(shape).points, poses[shape.on] if shape.on else None) for shape in body.shape]
+    if not surfaces:
+        return False
+    ends = []
+    for solid in (surfaces, shapes):
+        points = np.vstack([p if pose is None else p @ pose.matrix.T + pose.at for p, pose in solid])
+        ends.append(np.array([points.min(axis=0), points.max(axis=0)]))
+    return bool(np.abs(ends[1] - ends[0]).max() <= ALIKE * np.ptp(ends[1], axis=0).max())
 
 
 def _joins(part) -> bool:

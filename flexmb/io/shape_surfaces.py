@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb import bodies
-from flexmb.io.solids import Surface, box, tube
+from flexmb.io.solids import Surface, box, sphere, tube
 
 __all__ = ["cut_into_triangles", "extruded", "shape_surface"]
 
@@ -14,6 +14,8 @@ def shape_surface(shape) -> Surface:
     """Return the surface of a shape, in the axes in which it is given."""
     if isinstance(shape, bodies.Box):
         return box(shape.size).moved(at=shape.at)
+    if isinstance(shape, bodies.Ball):
+        return sphere(shape.radius, shape.at)
     if isinstance(shape, bodies.Tube):
         return tube(shape.start, shape.end, shape.radius)
     return extruded(shape.outline, shape.depth, "xyz".index(shape.axis))

@@ -23,7 +23,9 @@ def place_of(where: Any) -> tuple[float, float, float] | None:
     given = where.tolist() if isinstance(where, np.ndarray) and where.shape == (3,) else where
     if not isinstance(given, list | tuple) or len(given) != 3 or not all(is_number(x) for x in given):
         return None
-    return tuple(map(float, given)) if any(isinstance(x, float | np.floating) for x in given) else None
+    if not any(isinstance(x, float | np.floating) for x in given):
+        return None
+    return float(given[0]), float(given[1]), float(given[2])
 
 
 def nodes_named(data: ModalArrays, where: Any, part: str) -> np.ndarray:

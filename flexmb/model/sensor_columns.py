@@ -65,7 +65,7 @@ def sensor_columns(titles: Mapping[str, Sequence[str]]) -> dict[str, tuple[Senso
         for number, title in enumerate(map(str, own)):
             label, _, unit = title.rpartition("[") if title.endswith("]") else (title, "", "]")
             component = label.strip()
-            short = component.removeprefix(f"{sensor} ") if component != sensor else ""
+            short = component.removeprefix(f"{sensor} ") if component != sensor or len(own) > 1 else ""
             said = (f"{sensor} {short}".strip(), f"{sensor}: {short or number}", f"{sensor}: column {number}")
             name = sensor if len(own) == 1 else next((text for text in said if text not in taken), said[-1])
             taken.add(name)

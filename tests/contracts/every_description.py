@@ -321,6 +321,7 @@ DESCRIPTIONS: dict[str, Description] = {
     ),
     "Hertz": Description(fmb.Hertz, {"stiffness": 1e6, "damping": 0.1, "friction": 0.2, "transition": 0.01}, _law),
     "Rigid": Description(fmb.Rigid, {"restitution": 0.5, "friction": 0.2, "drilling": 0.01, "rolling": 0.01}, _law),
+    "Ball": Description(fmb.Ball, {"radius": 0.1, "at": (0, 0, 0), "on": "A"}, _drawn),
     "Box": Description(fmb.Box, {"size": (0.1, 0.2, 0.3), "at": (0, 0, 0), "on": "A"}, _drawn),
     "Tube": Description(fmb.Tube, {"start": (0, 0, 0), "end": (1, 0, 0), "radius": 0.1, "on": "A"}, _drawn),
     "Extrusion": Description(

@@ -44,6 +44,39 @@ def test_box_and_tube():
     assert volume(shape_surface(fmb.Tube(start=(1, 0, 0), end=(1, 0, 2), radius=0.1))) == pytest.approx(2 * area)
 
 
+def test_ball():
+    """Between the inscribed polyhedron and the ball."""
+    assert 0.95 < volume(shape_surface(fmb.Ball(radius=0.2, at=(3, 0, 0)))) / (4.0 / 3.0 * np.pi * 0.2**3) < 1.0
+
+
+SOLIDS = {
+    "wheel": (fmb.RigidBody.cylinder, {"radius": 0.3, "length": 0.15}, (0.6, 0.6, 0.15), (0.0, 0.3, 0.0)),
+    "brick": (fmb.RigidBody.box, {"size": (0.2, 0.3, 0.1)}, (0.2, 0.3, 0.1), (0.1, 0.15, -0.05)),
+    "ball": (fmb.RigidBody.sphere, {"radius": 0.1}, (0.2, 0.2, 0.2), (0.0, 0.0, 0.1)),
+}
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_solids_look_as_they_are_made(name):
+    """With a marker on the surface too; a marker outside is shown by a bar, as of a body without a shape."""
+    make, sizes, extent, on_it = SOLIDS[name]
+    for markers in ({}, {"on": on_it}):
+        body = make(name, density=500.0, markers=markers, **sizes)
+        (part,) = (p for p in drawn_parts(fmb.Model(bodies=[fmb.Ground(), body]), 1.0) if p.name == name)
+        np.testing.assert_allclose(np.ptp(part.points, axis=0), extent, rtol=0.01)
+    assert make(name, density=500.0, markers={"far": (0, 0, 2)}, **sizes).shape == ()
+    own = fmb.Box(size=(1, 1, 1))
+    assert make(name, density=500.0, shape=own, **sizes).shape == (own,)
+
+
+def test_what_a_surface_shows_is_not_drawn_twice():
+    ball = fmb.RigidBody.sphere("ball", radius=0.1, density=500.0)
+    for radius, times in ((0.1, 1), (0.3, 2)):
+        surface = fmb.Surface("skin", marker="ball.center", shape=fmb.Sphere(radius))
+        model = fmb.Model(bodies=[fmb.Ground(), ball], surfaces=[surface])
+        assert sum(p.name in ("ball", "skin") for p in drawn_parts(model, 1.0)) == times
+
+
 @pytest.fixture
 def model():
     house = fmb.Box(size=(1, 1, 1), at=(3, 0, 0), on="A")
@@ -98,7 +131,7 @@ def test_they_survive_files_and_placing(model):
         (lambda: fmb.Extrusion(outline=[(0, 0), (1, 0)], depth=(0, 1)), "three or more corners"),
         (lambda: fmb.Extrusion(outline=SQUARE, depth=(1, 1)), "two different numbers"),
         (lambda: fmb.Extrusion(outline=SQUARE, depth=(0, 1), axis="u"), "axis = 'u'"),
-        (lambda: fmb.Ground(shape="house"), "one or more of Box, Extrusion, Tube"),
+        (lambda: fmb.Ground(shape="house"), "one or more of Ball, Box, Extrusion, Tube"),
         (lambda: fmb.Ground(shape=fmb.Box(size=(1, 1, 1), on="roof")), "a shape on the marker 'roof'"),
     ],
 )

@@ -172,3 +172,11 @@ def test_an_event_and_a_measurement_take_columns():
     assert run.t[-1] == pytest.approx(np.pi / 20.0, rel=1e-5)
     with pytest.raises(fmb.errors.ModelError, match=r"column = 2 of sensor 'ball place x'"):
         fmb.Event("e", sensor="ball place x", below=0.0, column=2, then=fmb.Stop()).check(model)
+
+
+def test_a_sensor_with_the_name_of_its_own_column():
+    """A position called "x" has the columns "x x", "x y", "x z"; a distance called so is "x"."""
+    names = [column.name for column in sensor_columns({"x": ("x [m]", "y [m]", "z [m]")})["x"]]
+    assert names == ["x x", "x y", "x z"]
+    (only,) = sensor_columns({"x": ("x [m]",)})["x"]
+    assert only.name == "x"
