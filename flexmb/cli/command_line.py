@@ -23,6 +23,7 @@ from types import ModuleType
 from flexmb.cli import (
     bode,
     cache,
+    campbell,
     check,
     demo,
     export,
@@ -56,7 +57,7 @@ __all__ = ["VERBS", "main"]
 
 VERBS: tuple[ModuleType, ...] = (
     *(reduce, show, check, run, resume, verify, sweep),
-    *(statics, modes, linearize, bode, psd, locus),
+    *(statics, modes, linearize, bode, psd, locus, campbell),
     *(export, fmu, plot, render, view, report, cache, warm, demo),
 )
 """Every verb is a module with NAME, SUMMARY, `add_arguments(parser)` and `execute(arguments) -> exit code`."""

@@ -9,8 +9,8 @@ import argparse
 from pathlib import Path
 
 from flexmb.cli.model_arguments import add_model_arguments, settings
+from flexmb.cli.one_range import add_over, range_of
 from flexmb.cli.state_arguments import begins_at_rest
-from flexmb.errors import ModelError
 
 NAME = "locus"
 SUMMARY = "draw the poles over a parameter, and say where the model becomes unstable"
@@ -18,7 +18,7 @@ SUMMARY = "draw the poles over a parameter, and say where the model becomes unst
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_model_arguments(parser)
-    parser.add_argument("--over", required=True, metavar="NAME=START:STOP:COUNT", help="a value of [parameters]")
+    add_over(parser, "a value of [parameters]")
     parser.add_argument(
         "--statics",
         action="store_true",
@@ -36,13 +36,8 @@ def execute(arguments: argparse.Namespace) -> int:
     import flexmb as fmb
     from flexmb import io, view
 
-    name, values = _over(arguments.over)
     fixed = settings(arguments)
-    if name in fixed:
-        raise ModelError(
-            f"--over {name}", found=f"--set {name} beside it", expected="one of the two", remedy="Leave --set out"
-        )
-
+    name, values = range_of(arguments.over, fixed)
     file = io.OpenModelFile(arguments.model, trust=arguments.trust)
 
     def model(value: float) -> fmb.Model:
@@ -59,20 +54,3 @@ def execute(arguments: argparse.Namespace) -> int:
     print(f"Table: {io.write_poles(locus, target.with_suffix('.csv'), name)}")
     print(f"Root loci: {drawn}")
     return 0
-
-
-def _over(text: str) -> tuple[str, list[float]]:
-    """Return the name and the values of "gain=0:10:21"."""
-    from flexmb import io, study
-
-    name, _, given = text.partition("=")
-    pieces = given.split(":")
-    if not name.strip() or len(pieces) != 3:
-        raise ModelError(
-            f"--over {text}",
-            found="no name, or no range",
-            expected="NAME=START:STOP:COUNT",
-            remedy="Write --over gain=0.01:0.2:39",
-        )
-    numbers = [io.parse_setting(f"{name}={piece or '?'}")[1] for piece in pieces]
-    return name.strip(), [float(value) for value in study.range_values(name.strip(), *numbers)]

@@ -25,6 +25,7 @@ class Written(NamedTuple):
 
 WRITTEN: dict[str, tuple[Written, ...]] = {
     "bode": (Written(PICTURES, (".csv",)),),
+    "campbell": (Written(PICTURES, (".csv",)),),
     "fmu": (Written((".fmu",)),),
     "linearize": (Written((".mat",)),),
     "locus": (Written(PICTURES, (".csv",)),),

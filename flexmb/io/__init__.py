@@ -1,5 +1,6 @@
 """Files: model files, sensor tables, VTK. Every format has its own file here."""
 
+from flexmb.io.campbell_table import write_campbell
 from flexmb.io.deck_page import deck_numbers, write_deck_report
 from flexmb.io.file_parameters import parse_setting
 from flexmb.io.mbdyn_fem import read_mbdyn_fem, write_mbdyn_fem
@@ -32,6 +33,7 @@ __all__ = [
     "read_sid",
     "report_numbers",
     "save_model",
+    "write_campbell",
     "write_deck_report",
     "write_mbdyn_fem",
     "write_modes",

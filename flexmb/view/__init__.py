@@ -1,6 +1,7 @@
 """Pictures, animations and plots of a solution, mode shapes of a body."""
 
 from flexmb.view.bode import bode
+from flexmb.view.campbell_diagram import campbell_diagram
 from flexmb.view.diagrams import Diagram, draw_diagrams, of_one_unit
 from flexmb.view.graphics import require_graphics
 from flexmb.view.interactive import KEYS, window
@@ -17,6 +18,7 @@ __all__ = [
     "KEYS",
     "Diagram",
     "bode",
+    "campbell_diagram",
     "draw_diagrams",
     "mode_sheet",
     "model_picture",

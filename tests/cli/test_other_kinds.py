@@ -8,9 +8,14 @@ from results.spinning import block_data
 from flexmb.cli import main
 from flexmb.found import no_file_because
 
-MODEL_VERBS = ("check", "run", "statics", "modes", "linearize", "bode", "locus", "fmu", "sweep")
+MODEL_VERBS = ("check", "run", "statics", "modes", "linearize", "bode", "locus", "campbell", "fmu", "sweep")
 RUN_VERBS = ("resume", "verify", "export", "plot", "render", "view", "report")
-OPTIONS = {"psd": ("--density", "1"), "locus": ("--over", "g=1:2:2"), "sweep": ("--over", "g=1,2")}
+OPTIONS = {
+    "psd": ("--density", "1"),
+    "locus": ("--over", "g=1:2:2"),
+    "campbell": ("--over", "g=1:2:2"),
+    "sweep": ("--over", "g=1,2"),
+}
 ABSENT = ("does not exist", "no such file", "No such file")
 
 

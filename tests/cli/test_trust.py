@@ -108,6 +108,7 @@ OF_LINEAR_MODELS = (
     ["bode", "-o", "bode.png"],
     ["psd", "--density", "1", "-o", "psd.png"],
     ["locus", "--over", "none=1:2:2", "-o", "locus.png"],
+    ["campbell", "--over", "none=1:2:2", "-o", "campbell.png"],
 )
 OF_RUNS = (
     ["resume", "--t-end", "0.2"],

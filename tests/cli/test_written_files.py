@@ -11,7 +11,7 @@ from flexmb.cli.written_files import WRITTEN, _is_used
 READS = {
     "plot": ["runs/a"], "render": ["runs/a"], "report": ["runs/a"], "show": ["part.bdf"],
     "reduce": ["part.bdf", "--material", "steel"], "psd": ["crane.toml", "--density", "1e-6"],
-    "locus": ["crane.toml", "--over", "k=1:2:3"],
+    "locus": ["crane.toml", "--over", "k=1:2:3"], "campbell": ["crane.toml", "--over", "k=1:2:3"],
 }  # fmt: skip
 OTHERS = ("block.h5", "other.toml", "notes.txt", "mesh.msh")
 

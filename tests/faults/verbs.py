@@ -98,6 +98,7 @@ def _commands(bench: Bench, target: Path, body: str, plant: str) -> list[list[st
         ["bode", plant, "-o", str(target / "bode.png")],
         ["psd", plant, "--density", "1", "-o", str(target / "psd.png")],
         ["locus", plant, "--over", "none=1:2:2", "-o", str(target / "locus.png")],
+        ["campbell", plant, "--over", "none=1:2:2", "-o", str(target / "campbell.png")],
         ["fmu", plant, "-o", str(target / "plant.fmu")],
         ["fmu", plant, "--fmi", "2", "-o", str(target / "plant2.fmu")],
         ["cache"],

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb.errors import ModelError
+from flexmb.errors import ModelError, ValidityWarning
 from flexmb.integrate.equilibria.statics import statics
 from flexmb.integrate.linear.linearize import linearize
 from flexmb.model.model import Model
@@ -24,16 +25,24 @@ class Campbell:
     speeds : (ns,), rad/s
     frequencies : (ns, k), Hz
     damping_ratios : (ns, k)
+    observer : str
+        Whose frequencies they are at the last speed (`Linearization.observer`).
     """
 
     speeds: np.ndarray
     frequencies: np.ndarray
     damping_ratios: np.ndarray
+    observer: str = ""
+
+    @property
+    def grows(self) -> np.ndarray:
+        """Does a mode grow at a speed? (ns, k)."""
+        return ~(self.damping_ratios > -1e-7)
 
     @property
     def stable(self) -> np.ndarray:
         """Does no mode grow, at each speed? (ns,)."""
-        return np.all(self.damping_ratios > -1e-7, axis=1)
+        return ~np.any(self.grows, axis=1)
 
     def critical(self, order: float = 1.0) -> list[tuple[int, float]]:
         """Return (mode, speed in rad/s) where a frequency is `order` times the speed, between the speeds by line.
@@ -80,14 +89,18 @@ def campbell(model: Callable[[float], Model], speeds, modes: int = 6) -> Campbel
     if speeds.ndim != 1 or len(speeds) < 2 or np.any(np.diff(speeds) <= 0.0):
         raise ModelError(
             "campbell",
-            found=f"speeds of shape {speeds.shape}",
+            found=f"{speeds.size} speeds from {speeds.flat[0]:g} to {speeds.flat[-1]:g} rad/s"
+            if speeds.size
+            else "no speeds",
             expected="at least two, increasing, rad/s",
             remedy="Write np.linspace(0.0, 300.0, 31)",
         )
-    before, rows = None, []
+    before, rows, observers = None, [], {}
     for speed in speeds:
         described = model(float(speed))
         linear = linearize(described, statics(described))
+        if speed != 0.0:  # at rest all axes are the same
+            observers.setdefault(linear.observer, float(speed))
         shapes = linear.modes / np.linalg.norm(linear.modes, axis=0)
         found = 2.0 * np.pi * linear.frequencies
         if before is None:
@@ -100,5 +113,13 @@ def campbell(model: Callable[[float], Model], speeds, modes: int = 6) -> Campbel
             order = linear_sum_assignment(np.minimum(apart, 1.0) - likeness)[1]
         before = shapes[:, order], found[order]
         rows.append((linear.frequencies[order], linear.damping_ratios[order]))
+    if len(observers) > 1:
+        changes = "; ".join(f"{name} from {speed:.6g} rad/s on" for name, speed in observers.items())
+        warnings.warn(
+            f"campbell: frequencies are those of different observers: {changes}; expected: one. In axes that turn, a "
+            "whirl p is p - speed: curves and critical speeds across the change mean nothing. Stay on one side of it",
+            ValidityWarning,
+            stacklevel=2,
+        )
     frequencies, damping = (np.array(column) for column in zip(*rows))
-    return Campbell(speeds=speeds, frequencies=frequencies, damping_ratios=damping)
+    return Campbell(speeds=speeds, frequencies=frequencies, damping_ratios=damping, observer=linear.observer)
