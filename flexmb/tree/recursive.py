@@ -18,7 +18,7 @@ from flexmb.system.damped_accelerations import unsolved
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.any_body.articulated import factor
 from flexmb.tree.any_body.light_points import LightPoints
-from flexmb.tree.any_body.loops import RANK, ROUNDING, add_loads, close, mobilities, responses, without_stress
+from flexmb.tree.any_body.loops import RANK, ROUNDING, add_loads, are_open, close, mobilities, responses, without_stress
 from flexmb.tree.any_body.passes import joint_multipliers, solve
 from flexmb.tree.any_body.store import new_store
 from flexmb.tree.coordinates.unknowns import RelativeUnknowns
@@ -115,6 +115,12 @@ class Recursive(metaclass=Described):
             corrected = force.copy()
             corrected[at] += floor * a[at]
             a, lam = closure.solve(corrected)
+        if closure.is_open(a):
+            # what a far heavier body follows looks as if it depended on other equations
+            found = solved_accelerations(system, state, work)
+            if found is None:
+                raise _left_open(tree)
+            return found
         if any(force.reads_reactions for force in system.model.forces):
             a, lam = _with_friction(system, own, work, closure, a, lam, (at, floor))
         return a, lam
@@ -127,10 +133,19 @@ class _Closure:
         self.tables, self.work, self.store, self.system = tables, work, store, system
         self.values, self.mobility = np.zeros(len(tables.rows)), np.zeros(len(tables.cut_equations))
         if len(tables.cut_equations):
-            mobilities(work, tables.cut_equations, self.mobility)
+            mobilities(work, tables.cut_equations, self.mobility, False)
         self.points = LightPoints(tables, work, store, system, self.mobility)
         if len(tables.cut_equations):
             responses(tables, work, store, np.zeros(system.nu), np.zeros(system.nu), self.values)
+
+    def is_open(self, a) -> bool:
+        """Do the accelerations (nu,) leave a closing equation unsatisfied?"""
+        equations = self.tables.cut_equations
+        if not len(equations):
+            return False
+        usual = np.zeros(len(equations))
+        mobilities(self.work, equations, usual, True)
+        return bool(are_open(self.work, equations, usual, a))
 
     def solve(self, force) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations and multipliers at generalised forces (nu,), which are overwritten."""
@@ -194,6 +209,16 @@ def _factorised(system, state, work) -> tuple[np.ndarray, np.ndarray]:
     if found is None:
         raise unsolved(system, "Recursive")
     return found
+
+
+def _left_open(tree: Spanning) -> CompileError:
+    """Return the error about loops that stay open."""
+    return CompileError(
+        "Recursive",
+        found=f"accelerations that do not close the loops of {', '.join(tree.cut)}",
+        expected="masses whose ratio leaves digits, some 1e10",
+        remedy="Use Augmented(), or cut other joints: Recursive(cut=(...,))",
+    )
 
 
 def _failure(tree: Spanning, place: int, reason: int) -> CompileError:

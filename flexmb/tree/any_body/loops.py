@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.passes import joint_multipliers, solve
 
-__all__ = ["add_loads", "close", "mobilities", "responses", "without_stress"]
+__all__ = ["add_loads", "are_open", "close", "mobilities", "responses", "without_stress"]
 
 RANK = 1e-7
 """Singular values of the scaled closing equations below this, relative to the largest, count as dependence.
@@ -23,6 +23,10 @@ ROUNDING = 1e-13
 """The same, relative to free bodies: where all closing equations are dependent, the largest is rounding as well."""
 DENSE = 400
 """Number of cut equations up to which they are solved by singular values."""
+OPEN = 1e-3
+"""Acceleration that is left of a closing equation, relative to its terms, above which the equation does not hold."""
+NOISE = 1e-9
+"""The same, relative to the largest terms of all closing equations, below which it is rounding."""
 SHIFT = 1e-11
 """Added to the scaled diagonal beyond that number, so that dependent equations have a solution."""
 
@@ -84,19 +88,50 @@ def responses(tables, work, store, force, a, values):
 
 
 @kernel
-def mobilities(work, equations, out):
-    """Write about what a unit multiplier of each equation does to it between free bodies: the scale of rounding."""
+def mobilities(work, equations, out, alike):
+    """Write about what a unit multiplier of each equation does to it between free bodies: the scale of rounding.
+
+    alike : as if the mass of each body were one
+    """
     for n in range(len(equations)):
         row = work.equations[equations[n]]
         out[n] = 0.0
         for m in range(row.leg, row.leg + row.legs):
             leg = work.legs[m]
             marker = work.markers[leg.marker]
+            mass = work.S[work.rows[marker.iu]] if alike and marker.nu > 0 else 1.0
             for j in range(marker.nu):
                 x = 0.0
                 for k in range(6):
                     x += leg.gradient[k] * work.J[marker.iJ + k * marker.nu + j]
-                out[n] += x * x / work.S[work.rows[marker.iu + j] + j]
+                out[n] += mass * x * x / work.S[work.rows[marker.iu + j] + j]
+
+
+@kernel
+def are_open(work, equations, usual, a):
+    """Is one of the equations not satisfied by the accelerations a (nu,), beyond rounding and singular positions?
+
+    usual : (nc,) mobilities between bodies of one mass, which make equations comparable
+    """
+    left, terms, most = np.zeros(len(equations)), np.zeros(len(equations)), 0.0
+    for n in range(len(equations)):
+        row = work.equations[equations[n]]
+        one = usual[n] ** -0.5 if usual[n] > 0.0 else 0.0
+        left[n], terms[n] = one * row.drift, one * abs(row.drift)
+        for m in range(row.leg, row.leg + row.legs):
+            leg = work.legs[m]
+            marker = work.markers[leg.marker]
+            for k in range(6):
+                left[n] += one * leg.gradient[k] * marker.bias[k]
+                terms[n] += one * abs(leg.gradient[k] * marker.bias[k])
+            for j in range(marker.nu):
+                x = 0.0
+                for k in range(6):
+                    x += leg.gradient[k] * work.J[marker.iJ + k * marker.nu + j]
+                left[n] += one * x * a[marker.iu + j]
+                terms[n] += one * abs(x * a[marker.iu + j])
+        most = max(most, terms[n])
+    return bool(np.any(np.abs(left) > np.maximum(OPEN * terms, NOISE * most)))
 
 
 def close(tables, values, error, mobility) -> tuple[np.ndarray, np.ndarray]:
