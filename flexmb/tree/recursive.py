@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from flexmb.system.damped_accelerations import unsolved
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.any_body.articulated import factor
 from flexmb.tree.any_body.light_points import LightPoints
-from flexmb.tree.any_body.loops import RANK, ROUNDING, add_loads, are_open, close, mobilities, responses, without_stress
+from flexmb.tree.any_body.loops import RANK, ROUNDING, add_loads, are_open, closer, mobilities, responses, stress_basis
 from flexmb.tree.any_body.passes import joint_multipliers, solve
 from flexmb.tree.any_body.store import new_store
 from flexmb.tree.coordinates.unknowns import RelativeUnknowns
@@ -28,6 +29,10 @@ __all__ = ["Recursive"]
 
 TURNS = 200
 """Iterations of friction by joint reactions, at most; each gains at least the factor of a coefficient of friction."""
+REFINED = 5
+"""Refinements of a solution with modes, at most; each gains as many digits as the elimination has left."""
+SMALL = 1e-6
+"""A refinement that is so small a part of the accelerations is the last one: the next would be its square."""
 
 
 @found_once
@@ -45,9 +50,9 @@ def _storage(tree: Spanning):
 
 
 @kernel
-def _solve_all(tables, store, force, a):
+def _solve_all(tables, store, force, weight, a):
     for tree in range(len(tables.trees) - 1):
-        solve(tables, store, tree, force, 1.0, a)
+        solve(tables, store, tree, force, weight, a)
 
 
 @dataclass(frozen=True)
@@ -115,13 +120,16 @@ class Recursive(metaclass=Described):
             corrected = force.copy()
             corrected[at] += floor * a[at]
             a, lam = closure.solve(corrected)
+        rubs = any(force.reads_reactions for force in system.model.forces)
+        if tree.tables.i_eta[-1] > 0 and not rubs:
+            a, lam = closure.refined(own, a, lam)
         if closure.is_open(a):
             # what a far heavier body follows looks as if it depended on other equations
             found = solved_accelerations(system, state, work)
             if found is None:
                 raise _left_open(tree)
             return found
-        if any(force.reads_reactions for force in system.model.forces):
+        if rubs:
             a, lam = _with_friction(system, own, work, closure, a, lam, (at, floor))
         return a, lam
 
@@ -147,31 +155,60 @@ class _Closure:
         mobilities(self.work, equations, usual, True)
         return bool(are_open(self.work, equations, usual, a))
 
-    def solve(self, force) -> tuple[np.ndarray, np.ndarray]:
-        """Return accelerations and multipliers at generalised forces (nu,), which are overwritten."""
+    def refined(self, own, a, lam) -> tuple[np.ndarray, np.ndarray]:
+        """Return accelerations and multipliers without what the elimination of modes has rounded.
+
+        A marker whose joint lets it move has little inertia where the modes move it: it is what is left of the body's,
+        digits of which cancel. What the solution leaves of the equations of motion is solved for once more.
+        """
+        self.work.weights[0].wanted = 0
+        for _ in range(REFINED):
+            evaluate(self.system.program, own._replace(a=a, lam=lam), self.work)
+            more, stress = self.solve(-self.work.residual, a)
+            a, lam = a + more, lam + stress
+            if not np.max(np.abs(more), initial=0.0) > SMALL * np.max(np.abs(a), initial=0.0):
+                break
+        return a, lam
+
+    def solve(self, force, base=None) -> tuple[np.ndarray, np.ndarray]:
+        """Return accelerations and multipliers at generalised forces (nu,), which are overwritten.
+
+        With accelerations `base` (nu,), which the joints of the tree allow, return what forces add to them.
+        """
         tables, work, store = self.tables, self.work, self.store
         a, lam = np.zeros(self.system.nu), np.zeros(self.system.ng)
-        _solve_all(tables, store, force, a)
-        stresses = None
+        weight = 1.0 if base is None else 0.0
+        _solve_all(tables, store, force, weight, a)
         if len(tables.cut_equations):
             error = np.zeros(self.system.ng)
-            constraint_acceleration(work, a, error)
+            constraint_acceleration(work, a if base is None else a + base, error)
             points, own = self.points, error[tables.cut_equations]
             if len(points.mass):
-                loads = force[points.velocities]
-                moved, cut, stresses = points.close(self.values, tables, own, loads, RANK, ROUNDING)
+                moved, cut = self._closer[0](own, force[points.velocities])
             else:
-                moved = np.zeros(0)
-                cut, stresses = close(tables, self.values, own, self.mobility)
+                moved, cut = np.zeros(0), self._closer[0](own)
             lam[tables.cut_equations] = cut
             add_loads(work, tables.cut_equations, cut, force)
-            _solve_all(tables, store, force, a)
+            _solve_all(tables, store, force, weight, a)
             a[points.velocities] = moved
         joint_multipliers(tables, store, lam)
-        if stresses is not None:
-            weights = self.system.multiplier_weights
-            lam = without_stress(tables, work, store, lam, stresses, weights, np.zeros(self.system.nu))
+        if len(tables.cut_equations) and self._closer[1].shape[1]:
+            scale = np.sqrt(self.system.multiplier_weights)
+            lam -= self._stresses @ (self._stresses.T @ (scale * lam)) / scale
         return a, lam
+
+    @cached_property
+    def _closer(self):
+        """What finds the multipliers of the cut equations, and their self-stresses."""
+        if len(self.points.mass):
+            return self.points.closer(self.values, self.tables, RANK, ROUNDING)
+        return closer(self.tables, self.values, self.mobility)
+
+    @cached_property
+    def _stresses(self):
+        """The self-stresses of all joints, see `stress_basis`."""
+        weights = self.system.multiplier_weights
+        return stress_basis(self.tables, self.work, self.store, self._closer[1], weights, self.system.nu)
 
 
 def _with_friction(system, own, work, closure, a, lam, lent):

@@ -71,13 +71,13 @@ class LightPoints:
         usual = np.median(seen[seen > 0.0]) if np.any(seen > 0.0) else 0.0
         return np.any(touched, axis=0) & (mass * usual < LIGHT)
 
-    def close(self, values, tables, error: np.ndarray, force: np.ndarray, rank: float, rounding: float):
-        """Return the accelerations (np,) of the points, the multipliers (nc,) and the self-stresses (nc, k).
+    def closer(self, values, tables, rank: float, rounding: float):
+        """Return what finds the accelerations (np,) of the points and the multipliers (nc,), and self-stresses (nc, k).
 
-        `values` are what multipliers do by way of the other bodies (see `responses`), `error` (nc,) what they have to
-        remove, `force` (np,) the loads of the points.
+        `values` are what multipliers do by way of the other bodies (see `responses`). What is returned takes what the
+        multipliers have to remove (nc,), and the loads (np,) of the points.
         """
-        nc, n = len(error), len(self.mass)
+        nc, n = len(self.mobility), len(self.mass)
         W = np.zeros((nc, nc))
         columns = np.repeat(np.arange(nc), np.diff(tables.start_row))
         W[tables.rows, columns] = values
@@ -89,13 +89,16 @@ class LightPoints:
         matrix = np.block(
             [[np.diag(self.mass * of_a**2), -G.T], [G, of_lam[:, None] * W * of_lam]],
         )
-        right = np.concatenate([of_a * force, -of_lam * error])
         U, s, Vt = np.linalg.svd(matrix)
         kept = int(np.sum(s > max(rank * s[0], rounding)))
-        x = Vt[:kept].T @ ((U[:, :kept].T @ right) / s[:kept])
+
+        def solved(error: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            right = np.concatenate([of_a * force, -of_lam * error])
+            x = Vt[:kept].T @ ((U[:, :kept].T @ right) / s[:kept])
+            return of_a * x[:n], of_lam * x[n:]
+
         # without an effect on any body: multipliers that hold themselves in balance
-        stresses = of_lam[:, None] * Vt[kept:, n:].T
-        return of_a * x[:n], of_lam * x[n:], stresses
+        return solved, of_lam[:, None] * Vt[kept:, n:].T
 
 
 def _gradients(equations: np.ndarray, work, first: np.ndarray) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy import sparse
 from scipy.linalg import svd
@@ -10,7 +12,7 @@ from scipy.sparse.linalg import splu
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.passes import joint_multipliers, solve
 
-__all__ = ["add_loads", "are_open", "close", "mobilities", "responses", "without_stress"]
+__all__ = ["add_loads", "are_open", "closer", "mobilities", "responses", "stress_basis"]
 
 RANK = 1e-7
 """Singular values of the scaled closing equations below this, relative to the largest, count as dependence.
@@ -134,41 +136,44 @@ def are_open(work, equations, usual, a):
     return bool(np.any(np.abs(left) > np.maximum(OPEN * terms, NOISE * most)))
 
 
-def close(tables, values, error, mobility) -> tuple[np.ndarray, np.ndarray]:
-    """Return the multipliers (nc,) that remove the errors of the cut equations (nc,), and self-stresses (nc, k).
+def closer(tables, values, mobility) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
+    """Return what finds the multipliers (nc,) that remove errors of the cut equations (nc,), and self-stresses (nc, k).
 
     They are made comparable by their mobilities between free bodies (nc,), as a loop may leave an equation none.
     Self-stresses are multipliers without effect, from dependent equations; beyond `DENSE` they are not sought.
     """
-    nc = len(error)
+    nc = len(mobility)
     matrix = sparse.csc_matrix((values, tables.rows, tables.start_row), shape=(nc, nc))
     scale = 1.0 / np.sqrt(mobility)
-    right = -scale * error
     matrix = sparse.diags(scale) @ matrix @ sparse.diags(scale)
     if nc <= DENSE:
         U, s, Vt = svd(matrix.toarray())
         rank = int(np.sum(s > max(RANK * s[0], ROUNDING)))
-        return scale * (Vt[:rank].T @ ((U[:, :rank].T @ right) / s[:rank])), scale[:, None] * Vt[rank:].T
+        pushed, moved = scale[:, None] * Vt[:rank].T / s[:rank], U[:, :rank].T * scale
+        return lambda error: -pushed @ (moved @ error), scale[:, None] * Vt[rank:].T
     factors = splu((matrix + SHIFT * sparse.eye(nc)).tocsc())
-    x = np.zeros(nc)
-    for _ in range(4):
-        x += factors.solve(right - matrix @ x)
-    return scale * x, np.zeros((nc, 0))
+
+    def solved(error):
+        x, right = np.zeros(nc), -scale * error
+        for _ in range(4):
+            x += factors.solve(right - matrix @ x)
+        return scale * x
+
+    return solved, np.zeros((nc, 0))
 
 
-def without_stress(tables, work, store, lam, stresses, weight, a) -> np.ndarray:
-    """Return the multipliers (ng,) of least norm, with weights (ng,): their part along the self-stresses removed."""
-    if not stresses.shape[1]:
-        return lam
-    full = np.zeros((len(lam), stresses.shape[1]))
+def stress_basis(tables, work, store, stresses, weight, nu: int) -> np.ndarray:
+    """Return an orthonormal basis (ng, k) of the self-stresses of all joints, times the roots of weights (ng,).
+
+    Without their parts along it, multipliers times these roots have least norm.
+    """
+    full, a = np.zeros((len(weight), stresses.shape[1])), np.zeros(nu)
     for n in range(stresses.shape[1]):
-        force, column = np.zeros(len(a)), np.zeros(len(lam))
+        force, column = np.zeros(nu), np.zeros(len(weight))
         column[tables.cut_equations] = stresses[:, n]
         add_loads(work, tables.cut_equations, np.ascontiguousarray(stresses[:, n]), force)
         for tree in range(len(tables.trees) - 1):
             solve(tables, store, tree, force, 0.0, a)
         joint_multipliers(tables, store, column)
         full[:, n] = column
-    scale = np.sqrt(weight)
-    basis, _ = np.linalg.qr(scale[:, None] * full)
-    return lam - basis @ (basis.T @ (scale * lam)) / scale
+    return np.linalg.qr(np.sqrt(weight)[:, None] * full)[0]
