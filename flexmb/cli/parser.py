@@ -11,6 +11,9 @@ from flexmb.errors import did_you_mean
 __all__ = ["Parser"]
 
 NO_NUMBER = re.compile(r"argument (?P<names>\S+): invalid (?P<kind>float|int) value: (?P<value>.*)", re.DOTALL)
+NO_CHOICE = re.compile(
+    r"argument (?P<what>\S+): invalid choice: '(?P<given>.*?)' \(choose from (?P<known>.*)\)", re.DOTALL
+)
 KINDS = {"float": "number", "int": "whole number"}
 
 
@@ -33,12 +36,15 @@ class Parser(argparse.ArgumentParser):
         self.error(f"there is no option {name}. {meant}")
 
     def error(self, message: str) -> NoReturn:
-        """End the process with a message; one about a number says what the option means."""
+        """End the process with a message; one about a number says what the option means, one about a word its like."""
         told = NO_NUMBER.fullmatch(message)
         if told is not None:
             action = self._option_string_actions.get(told["names"].partition("/")[0])
             meant = f": {action.help}" if action is not None and action.help else ""
             message = f"{told['names']}: {told['value']} is no {KINDS[told['kind']]}. Expected{meant or ': a number'}"
+        told = NO_CHOICE.fullmatch(message)
+        if told is not None and (meant := did_you_mean(told["given"], re.findall(r"[\w.-]+", told["known"]))):
+            message = f"{message}. {meant}"
         super().error(message)
 
 

@@ -35,6 +35,11 @@ def oversights(model: Model) -> list[str]:
         if passed_over := force.unseen_in(model):
             unseen.setdefault(passed_over, []).append(force.title)
     found += [f"{', '.join(titles[:LISTED])}: {why}" for why, titles in unseen.items()]
+    doubted: dict[str, list[str]] = {}
+    for sensor in model.sensors:
+        if why := sensor.doubt(model):
+            doubted.setdefault(why, []).append(sensor.title)
+    found += [f"{', '.join(titles[:LISTED])}: {why}" for why, titles in doubted.items()]
     found += [f"{surface.title}: {why}" for surface, why in _doubted(model)[:LISTED]]
     found += _twice(model)[:LISTED]
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from flexmb.errors import ModelError
@@ -39,5 +40,13 @@ def imported(function: Any, title: str, field: str = "function") -> Callable[...
             title,
             found=f"{field} = {function!r} ({error})",
             expected="'module:function' of a module that can be imported",
-            remedy="Check both names, and that the module is on the path",
+            remedy=_remedy(module, error),
         ) from error
+
+
+def _remedy(module: str, error: Exception) -> str:
+    """Return what to do; where the file of the module lies in the current folder, which commands do not search."""
+    file = f"{module.partition('.')[0]}.py"
+    if isinstance(error, ModuleNotFoundError) and error.name == module.partition(".")[0] and Path(file).is_file():
+        return f"'{file}' lies in the current folder, which is not on Python's path: begin with PYTHONPATH=."
+    return "Check both names, and that the module is on Python's path (PYTHONPATH=folder adds a folder)"

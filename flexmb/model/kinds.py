@@ -319,6 +319,10 @@ class Sensor(Part):
         """Return the names of the markers whose motion this sensor needs."""
         return ()
 
+    def doubt(self, model) -> str:
+        """Return what is perhaps not meant by what it reads, if anything."""
+        return ""
+
     def followed(self, compiler: Compiler) -> list[tuple[Table, dict[str, Any]]]:
         """Return the tables and rows, by field name, of what must be followed from step to step (turns of a joint)."""
         return []

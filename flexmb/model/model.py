@@ -219,7 +219,15 @@ class Model(metaclass=Described):
                     remedy=did_you_mean(name, every),
                 )
         kept: dict[str, Any] = {f: tuple(p for p in getattr(self, f) if p.name not in names) for f in FAMILIES}
-        return replace(self, **kept)
+        try:
+            return replace(self, **kept)
+        except ModelError as error:  # the whole model had none
+            raise ModelError(
+                error.part,
+                found=error.found,
+                expected=error.expected,
+                remedy=f"It names what is left out ({', '.join(names)}): leave it out as well, or change it before",
+            ) from None
 
     def with_parts(self, **parts: Iterable[Any]) -> Model:
         """Return the model with parts added: ``model.with_parts(forces=[...], sensors=[...])``."""

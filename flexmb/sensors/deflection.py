@@ -60,6 +60,19 @@ class Deflection(Sensor):
                 remedy=f"Give relative_to='{body.name}.<marker>', or use Position",
             )
 
+    def doubt(self, model) -> str:
+        """Return that the axes float, against which it is measured, of a body that a joint holds at the ground."""
+        body, _ = model.marker(self.marker, self.title)
+        if self.relative_to is not None or getattr(getattr(body, "data", None), "frame", "") != "buckens":
+            return ""
+        ends = [{m.partition(".")[0] for m in joint.resolved_markers(model)} for joint in model.joints]
+        if {"ground", body.name} not in ends:
+            return ""
+        return (
+            f"measured against axes that go with the mean motion of body '{body.name}', so it is not the sag between "
+            f"supports, nor the way of an end; relative_to='{body.name}.<marker>' is against a marker, Position is in W"
+        )
+
     def markers_read(self, model) -> tuple[str, ...]:
         """Return the marker, and the one it is compared with."""
         return (self.marker,) if self.relative_to is None else (self.marker, self.relative_to)

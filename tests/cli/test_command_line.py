@@ -305,3 +305,9 @@ def test_a_working_folder_that_is_gone_is_named(tmp_path, capsys, monkeypatch):
     (tmp_path / "gone").rmdir()
     assert main(["check", "m.toml"]) == 2
     assert "working folder: it does not exist any more" in capsys.readouterr().err
+
+
+def test_a_misspelt_verb_is_met_with_the_one_that_is_like_it(capsys):
+    with pytest.raises(SystemExit):
+        main(["rum", "crane.toml"])
+    assert "Did you mean 'run'?" in capsys.readouterr().err

@@ -417,6 +417,18 @@ force = [{ function = { of = 1.0, function = "os:getpid" } }, 0, 0]
         assemble(fmb.load_model(path))
 
 
+def test_code_beside_the_command_is_told_how_to_reach(tmp_path, monkeypatch):
+    """Commands do not search the current folder for modules."""
+    monkeypatch.chdir(tmp_path)
+    law = fmb.Function([fmb.measured("x")], function="pilot_of_this_test:law")
+    model = rail(law)
+    with pytest.raises(ModelError, match=r"PYTHONPATH=folder"):
+        fmb.simulate(model, 0.1)
+    (tmp_path / "pilot_of_this_test.py").write_text("def law(t, x):\n    return -x[0]\n")
+    with pytest.raises(ModelError, match=r"'pilot_of_this_test.py' lies in the current folder.*PYTHONPATH=\."):
+        fmb.simulate(model, 0.1)
+
+
 def test_model_files(tmp_path):
     """Blocks, measurements and formulas are read from model files, and written."""
     text = """
