@@ -1,5 +1,6 @@
 """Ansys archives beside runs of CalculiX, closed forms, and another reader of the same blocks."""
 
+import re
 import subprocess
 import warnings
 
@@ -354,6 +355,18 @@ def test_bad_archives(tmp_path, old, new, words):
     with pytest.raises(MeshError) as error:
         read(tmp_path, text.replace(old, new, 1))
     assert all(word in str(error.value) for word in words)
+
+
+def test_a_mesh_without_materials_says_how_to_give_one(tmp_path):
+    """The lines that the message names, put behind everything, are the material."""
+    points, cells = brick20((1, 1, 1), (0.1, 0.2, 0.3))
+    text = archive({1: ("SOLID186", (2, 1))}, nblock(points), solids(cells))
+    with pytest.raises(MeshError, match=r"the material 1, which does not exist.*lines MP,EX,1,2\.1E11") as told:
+        read(tmp_path, text)
+    lines = re.findall(r"MP,\w+,1,[\d.E]+", told.value.remedy)
+    assert lines == ["MP,EX,1,2.1E11", "MP,PRXY,1,0.3", "MP,DENS,1,7850"]
+    fe = read(tmp_path, text + "\n".join(lines) + "\n")
+    assert mass_and_center(fe)[0] == pytest.approx(7850 * 0.1 * 0.2 * 0.3)
 
 
 def test_abbreviated_commands_are_the_same(tmp_path):

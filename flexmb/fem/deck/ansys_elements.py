@@ -72,7 +72,8 @@ class Group:
         raise self.refused(
             f"the material {number}" + (f" ({found})" if found else ", which does not exist"),
             "a linear material (MP,EX and MP,NUXY or PRXY)",
-            "Give the elements a linear material",
+            f"Give the elements a linear material: lines MP,EX,{number},2.1E11, MP,PRXY,{number},0.3 and "
+            f"MP,DENS,{number},7850, in the units of the deck, anywhere in it",
         )
 
     def refused(self, found: str, expected: str, remedy: str = "Correct the model and write the archive again"):
