@@ -194,14 +194,37 @@ def _with_turned_bound(data: Data, Q: np.ndarray, s: float) -> Data:
     freedoms = [row["freedoms"] for row in data.quality["interfaces"]]
     quality = {name: value for name, value in data.quality.items() if name != "transfer"}
     if all(own in ([0, 1, 2], [0, 1, 2, 3, 4, 5]) for own in freedoms):
-        transfer = data.quality["transfer"]
-        columns = np.array(transfer["by_input"]).reshape(len(transfer["frequencies"]), -1, 3)
-        turned = {"by_input": (columns @ np.abs(Q).T).reshape(len(columns), -1).tolist()}
-        if "matrix" in transfer:
-            turn = block_diag(*(s**f * Q for own in freedoms for f in range(len(own) // 3)))  # of forces, of moments
-            turned["matrix"] = (turn @ np.array(transfer["matrix"]) @ turn.T).tolist()
-        quality["transfer"] = {**transfer, **turned}
+        turn = block_diag(*(s**f * Q for own in freedoms for f in range(len(own) // 3)))  # of forces, of moments
+        quality["transfer"] = _turned_lines(data.quality["transfer"], Q, turn)
     return replace(data, quality=quality)
+
+
+def _turned_lines(lines: dict, Q: np.ndarray, turn: np.ndarray) -> dict:
+    """Return errors at lines, also above the band, in axes turned by Q; `turn` turns the interface freedoms (k, k)."""
+    columns = np.array(lines["by_input"]).reshape(len(lines["frequencies"]), -1, 3)
+    turned = {**lines, "by_input": (columns @ np.abs(Q).T).reshape(len(columns), -1).tolist()}
+    if "matrix" in lines:
+        turned["matrix"] = (turn @ np.array(lines["matrix"]) @ turn.T).tolist()
+    if "loads" in lines:
+        turned["loads"] = (turn @ np.array(lines["loads"])).tolist()
+    if "spin" in lines:
+        turned["spin"] = (turn @ np.array(lines["spin"]) @ _field_components(Q)).tolist()
+    for inner in ("beyond", "rest"):
+        if inner in lines:
+            turned[inner] = _turned_lines(lines[inner], Q, turn)
+    return turned
+
+
+def _field_components(Q: np.ndarray) -> np.ndarray:
+    """Return the components (6, 6) xx, yy, zz, xy, yz, zx of Q^T A Q by those of a symmetric A in the new axes."""
+    places = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+    columns = []
+    for i, j in places:
+        unit = np.zeros((3, 3))
+        unit[i, j] = unit[j, i] = 1.0
+        old = Q.T @ unit @ Q
+        columns.append([old[k, l] for k, l in places])
+    return np.array(columns).T
 
 
 def _forces(forces: np.ndarray, Q: np.ndarray, p: np.ndarray, s: float) -> np.ndarray:
@@ -305,17 +328,28 @@ def _with_units(data: Data, factor: float, length: float) -> dict:
     """Return the bound of the response's error in other units: frequencies times a factor, compliances (s2/kg)."""
     transfer = data.quality["transfer"]
     softness = data.quality["mass"]["mass"] / (factor**2 * data.mass)
-    matrix = {"matrix": (softness * np.array(transfer["matrix"])).tolist()} if "matrix" in transfer else {}
     return {
-        **transfer,
-        **matrix,
+        **_lines_with_units(transfer, factor, softness, length),
         "error": [e * softness for e in transfer["error"]],
-        "by_input": [[e * softness for e in row] for row in transfer["by_input"]],
         "response": [e * softness for e in transfer["response"]],
-        "frequencies": [f * factor for f in transfer["frequencies"]],
         "worst": transfer["worst"] * factor,
         "length": transfer["length"] * length,
     }
+
+
+def _lines_with_units(lines: dict, factor: float, softness: float, length: float) -> dict:
+    """Return errors at lines, also above the band, in other units: by forces, by loads of the same intensity, by
+    fields of spin (1/s2).
+    """
+    units = {"matrix": softness, "by_input": softness, "loads": length, "spin": length / factor**2}
+    changed = {name: (np.array(lines[name]) * unit).tolist() for name, unit in units.items() if name in lines}
+    changed["frequencies"] = [f * factor for f in lines["frequencies"]]
+    if lines.get("ahead") is not None:
+        changed["ahead"] = lines["ahead"] * factor
+    for inner in ("beyond", "rest"):
+        if inner in lines:
+            changed[inner] = _lines_with_units(lines[inner], factor, softness, length)
+    return {**lines, **changed}
 
 
 def _left_out_in_units(known: LeftOutStiffness, length: float, mass: float, time: float) -> LeftOutStiffness:

@@ -15,6 +15,7 @@ import numpy as np
 from flexmb.errors import ReductionError
 from flexmb.math.lanczos import lowest_modes
 from flexmb.reduction.basis import NormalModes
+from flexmb.reduction.geometric import inertia_loads
 from flexmb.reduction.markers import MarkerMotion
 from flexmb.reduction.statics import HeldBody
 
@@ -97,6 +98,21 @@ class FramedBody:
     def inputs(self) -> np.ndarray:
         """Loads of one newton on interface freedoms, and of each load shape, (ndof, nb)."""
         return np.hstack([self._at_interfaces, _one_newton(self._loads)])
+
+    @property
+    def load_sizes(self) -> np.ndarray:
+        """Sum of the nodal forces of each load shape, (nl,), N: what makes one of its unit of an input."""
+        return np.abs(self._loads).sum(axis=0)
+
+    @cached_property
+    def spin(self) -> np.ndarray:
+        """Inertia forces of the symmetric acceleration fields: xx, yy, zz, xy, yz, zx, (ndof, 6), N s2.
+
+        Whatever angular velocity the body has, its centrifugal load is made of them.
+        """
+        gradients = inertia_loads(self.body.fe)[:, 3:].reshape(-1, 3, 3)
+        same = [gradients[:, k, k] for k in range(3)]
+        return np.column_stack([*same, *(gradients[:, k, l] + gradients[:, l, k] for k, l in ((0, 1), (1, 2), (2, 0)))])
 
     @cached_property
     def excitation(self) -> np.ndarray:

@@ -7,13 +7,15 @@ amplification of the first mode that is not known (docs, theory "reduction", eq.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
 
 from flexmb.errors import ReductionError
+from flexmb.reduction.error_lines import ErrorLines
 from flexmb.reduction.framed_body import FramedBody
 
 __all__ = ["REFERENCE_DAMPING", "TransferError", "transfer_error"]
@@ -24,9 +26,13 @@ BEYOND = 2.0
 """Modes are known up to this many times the band: the others are amplified by less than 1 / (1 - 1/4) = 1.33."""
 MOST_FREEDOMS = 24
 """Interface freedoms up to which errors are kept with their phases: their number grows with the square."""
+_CALM = 2.0
+"""Dynamic over static response, or over that of a free mass, up to which it counts as no resonance."""
+MOST_LOADS = 48
+"""Load shapes up to which errors by them are kept."""
 _LINES = 100  # frequencies over a band, besides the resonances
 _FINER, _PEAKS = 3, 4  # times that lines are put beside the largest peaks of the error, and how many peaks
-_DIGITS = 7  # of a kept matrix: shares of forces cancel to a hundredth or so, not to 1e-7
+_ABOVE, _FURTHEST, _RESONANCES = 24, 100.0, 40  # lines above the band, up to so many times it, and resonances there
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +46,14 @@ class TransferError:
         Upper bound of the largest singular value of the error, lower bound of the full elastic response's.
     by_input : (n, k), m/N
         Bound of the norm of the error of the response to each interface freedom by itself.
-    matrix : (n, k, k) complex, m/N, or None
-        Estimate of the error at the interface freedoms by forces on them; None where these are too many.
+    kept : ErrorLines or None
+        Estimate of the error at the interface freedoms by whatever acts; None without interfaces.
+    beyond : ErrorLines or None
+        The same above the band, by the modes that are known.
+    rest : ErrorLines or None
+        What these leave above the band, as if it moved at rest: other modes may amplify it.
+    ahead : float, Hz
+        From which on these modes lie.
     damping : float
         Fraction of critical damping of all resonances, as hysteresis.
     length : float, m
@@ -52,7 +64,10 @@ class TransferError:
     error: np.ndarray
     response: np.ndarray
     by_input: np.ndarray
-    matrix: np.ndarray | None
+    kept: ErrorLines | None
+    beyond: ErrorLines | None
+    rest: ErrorLines | None
+    ahead: float
     damping: float
     length: float
 
@@ -67,10 +82,10 @@ class TransferError:
         return float(self.frequencies[int(np.argmax(self.error))])
 
     def numbers(self) -> dict[str, Any]:
-        """Return the bound as JSON can hold it; ``matrix`` has real and imaginary parts, (n, 2, k, k)."""
-        E = self.matrix
+        """Return the bound as JSON can hold it."""
         return {
-            **({} if E is None else {"matrix": _rounded(np.stack([E.real, E.imag], axis=1)).tolist()}),
+            **({} if self.kept is None else self.kept.numbers()),
+            **({} if self.beyond is None or self.rest is None else self._above_the_band(self.beyond, self.rest)),
             "frequencies": self.frequencies.tolist(),
             "error": self.error.tolist(),
             "response": self.response.tolist(),
@@ -80,6 +95,11 @@ class TransferError:
             "damping": self.damping,
             "length": self.length,
         }
+
+    def _above_the_band(self, beyond: ErrorLines, rest: ErrorLines) -> dict[str, Any]:
+        """Return what is kept above the band; JSON has no infinite numbers: None stands for no modes ahead."""
+        ahead = self.ahead if np.isfinite(self.ahead) else None
+        return {"beyond": {**beyond.numbers(), "ahead": ahead, "rest": rest.numbers()}}
 
 
 def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping: float | None = None) -> TransferError:
@@ -98,7 +118,7 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
             "'of the frequencies'",
         )
     bound = _bound(framed, shapes, limit, 1.0 + 2j * zeta)
-    own_w2 = eigh(bound.K, bound.M, eigvals_only=True)
+    own_w2 = bound.own[0]
     frequencies = _lines(limit, zeta, np.concatenate([bound.known_w2, own_w2]))
     lines = {f: bound.at(f) for f in frequencies.tolist()}
     for _ in range(_FINER):
@@ -106,15 +126,35 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
         between = _between_largest(frequencies, np.array([lines[f].error for f in frequencies.tolist()]))
         lines |= {f: bound.at(f) for f in between}
     ordered = [lines[f] for f in sorted(lines)]
-    k = framed.at_interfaces
+    above = _lines_above(limit, zeta, bound, own_w2)
+    beyond = [bound.above(f) for f in above.tolist()]
     return TransferError(
         np.array(sorted(lines)),
         np.array([line.error for line in ordered]),
         np.array([line.response for line in ordered]),
-        np.array([line.alone[:k] for line in ordered]),
-        np.array([line.estimate[:k, :k] for line in ordered]) if 0 < k <= MOST_FREEDOMS else None,
+        np.array([line.alone[: framed.at_interfaces] for line in ordered]),
+        _kept(framed, np.array(sorted(lines)), ordered),
+        _kept(framed, above, beyond),
+        _kept(framed, above, [replace(line, estimate=line.rest) for line in beyond]),
+        float(np.sqrt(bound.ahead) / (2.0 * np.pi)),
         zeta,
         framed.body.length,
+    )
+
+
+def _kept(framed: FramedBody, frequencies: np.ndarray, lines: list[_Line]) -> ErrorLines | None:
+    """Return the estimates of lines at the interface freedoms, by forces on them, by loads of one unit, and by spin."""
+    k, load_sizes = framed.at_interfaces, framed.load_sizes
+    if not k:
+        return None
+    alone = np.array([line.alone[:k] for line in lines])
+    if k > MOST_FREEDOMS:
+        return ErrorLines(frequencies, alone, None, None, None)
+    estimate = np.array([line.estimate[:k] for line in lines])
+    by_loads = estimate[:, :, k : k + len(load_sizes)] * load_sizes
+    few = len(load_sizes) <= MOST_LOADS
+    return ErrorLines(
+        frequencies, alone, estimate[:, :, :k], by_loads if few else None, estimate[:, :, k + len(load_sizes) :]
     )
 
 
@@ -130,12 +170,13 @@ def _between_largest(frequencies: np.ndarray, error: np.ndarray) -> list[float]:
 
 @dataclass(frozen=True)
 class _Line:
-    """The bound at one frequency, see `TransferError`."""
+    """The bound at one frequency, see `TransferError`; `rest` is what the known modes leave, as it moves at rest."""
 
     error: float
     response: float
     alone: np.ndarray
     estimate: np.ndarray
+    rest: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +184,7 @@ class _Bound:
     """What the bound is made of at any frequency, with the loss factor ``1 + 2 i zeta``.
 
     K, M, F : of the reduced body
+    count : how many of the loads the error is bounded for; those of spin come behind them
     energy : products of the static responses to loads, K Phi and M Phi
     known_w2, excited, shared : the modes that are known: their squared frequencies, shares of the loads and of M Phi
     ahead : squared frequency from which on the others lie
@@ -152,6 +194,7 @@ class _Bound:
     K: np.ndarray
     M: np.ndarray
     F: np.ndarray
+    count: int
     energy: np.ndarray
     known_w2: np.ndarray
     excited: np.ndarray
@@ -160,28 +203,77 @@ class _Bound:
 
     def at(self, hertz: float) -> _Line:
         """Return the bound at a frequency, Hz."""
-        w2, loss, known_w2, energy, F = (2.0 * np.pi * hertz) ** 2, self.loss, self.known_w2, self.energy, self.F
-        answer = np.linalg.solve(loss * self.K - w2 * self.M, F.astype(complex))
-        made = np.vstack([np.eye(F.shape[1]), -loss * answer, w2 * answer])
-        amplitude = self.excited - (loss * known_w2[:, None] - w2) * (self.shared @ answer)
-        over = amplitude / known_w2[:, None]
-        least, most = 1.0 / loss, 1.0 / (loss - w2 / self.ahead)  # dynamic over static response of unknown modes
-        estimate = amplitude.T @ (amplitude / (loss * known_w2 - w2)[:, None])
-        estimate += 0.5 * (least + most) * (made.T @ (energy @ made) - amplitude.T @ over)
-        rest = made.conj().T @ (energy @ made) - amplitude.conj().T @ over
-        width, size = 0.5 * abs(most - least), max(np.linalg.eigvalsh(rest)[-1], 0.0)
+        w2, F, n = (2.0 * np.pi * hertz) ** 2, self.F, self.count
+        answer = np.linalg.solve(self.loss * self.K - w2 * self.M, F.astype(complex))
+        middle, width = self._amplified(w2)
+        known, left = self._of_residual(answer, w2)
+        estimate = known + middle * left
+        made, amplitude = self._residual(answer[:, :n], w2, np.eye(F.shape[1], n))
+        rest = made.conj().T @ (self.energy @ made) - amplitude.conj().T @ (amplitude / self.known_w2[:, None])
+        size = max(np.linalg.eigvalsh(rest)[-1], 0.0)
         own = np.sqrt(size * np.maximum(np.diag(rest).real, 0.0))
+        inner = estimate[:n, :n]
         return _Line(
-            np.linalg.norm(estimate, 2) + width * size,
-            max(np.linalg.norm(F.T @ answer + estimate, 2) - width * size, 0.0),
-            np.linalg.norm(estimate, axis=0) + width * own,
+            np.linalg.norm(inner, 2) + width * size,
+            max(np.linalg.norm(F[:, :n].T @ answer[:, :n] + inner, 2) - width * size, 0.0),
+            np.linalg.norm(inner, axis=0) + width * own,
             estimate,
+            left,
         )
+
+    def above(self, hertz: float) -> _Line:
+        """Return the bound at a frequency above the band, Hz, with what a mode that is not known may amplify in `rest`.
+
+        At a resonance of the reduced body most of the residual is that resonance. No unknown mode amplifies that once
+        more: the resonance of the full body is near it, and the error at most that of both.
+        """
+        w2, F, line = (2.0 * np.pi * hertz) ** 2, self.F, self.at(hertz)
+        own_w2, own = self.own
+        gain = 1.0 / (self.loss * own_w2 - w2)
+        calm = gain * np.minimum(1.0, _CALM / (np.maximum(own_w2, w2) * np.abs(gain)))
+        answer, swing = (own @ (part[:, None] * (own.T @ F)) for part in (calm, gain - calm))
+        middle, width = self._amplified(w2)
+        known, _ = self._of_residual(answer + swing, w2)
+        _, rest = self._of_residual(answer, w2)
+        both, amplified = 2.0 * (F.T @ swing), (abs(middle) + width) * (line.rest - rest)
+        n = self.count
+        less = both if np.linalg.norm(both[:n, :n]) < np.linalg.norm(amplified[:n, :n]) else amplified
+        return replace(line, estimate=known + less, rest=rest)
+
+    def _residual(self, answer: np.ndarray, w2: float, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the residual of responses (m, n) to loads, combinations (nf, n) of all, as a combination of what
+        `energy` belongs to, and in the known modes.
+        """
+        made = np.vstack([load, -self.loss * answer, w2 * answer])
+        return made, self.excited @ load - (self.loss * self.known_w2[:, None] - w2) * (self.shared @ answer)
+
+    def _of_residual(self, answer: np.ndarray, w2: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the error (nf, nf) by known modes, and what is left of the residual as it moves at rest."""
+        made, amplitude = self._residual(answer, w2, np.eye(self.F.shape[1]))
+        known = amplitude.T @ (amplitude / (self.loss * self.known_w2 - w2)[:, None])
+        return known, made.T @ (self.energy @ made) - amplitude.T @ (amplitude / self.known_w2[:, None])
+
+    @cached_property
+    def own(self) -> tuple[np.ndarray, np.ndarray]:
+        """Squared frequencies and shapes, of unit mass, of the reduced body."""
+        return eigh(self.K, self.M)
+
+    def _amplified(self, w2: float) -> tuple[complex, float]:
+        """Return the middle and the radius of a circle in which dynamic over static responses of unknown modes lie.
+
+        They lie on the circle of the diameter 1 / (2 zeta) that touches the imaginary axis at zero: below the first of
+        these modes on the arc up to its ratio, which is less than half of the circle, above it anywhere.
+        """
+        if w2 < self.ahead:
+            least, most = 1.0 / self.loss, 1.0 / (self.loss - w2 / self.ahead)
+            return 0.5 * (least + most), 0.5 * abs(most - least)
+        radius = 0.5 / self.loss.imag
+        return -1j * radius, radius
 
 
 def _bound(framed: FramedBody, shapes: np.ndarray, limit: float, loss: complex) -> _Bound:
     """Solve what the bound is made of: static responses once, modes up to a multiple of the band."""
-    fe, load = framed.body.fe, framed.inputs
+    fe, load = framed.body.fe, np.hstack([framed.inputs, framed.spin])
     beyond = (BEYOND * 2.0 * np.pi * limit) ** 2
     known, mass = framed.modes_beyond(beyond), fe.M @ shapes
     answers = np.hstack([framed.solve(load), shapes, framed.solve(mass)])  # K^-1 of what residuals are made of
@@ -193,6 +285,7 @@ def _bound(framed: FramedBody, shapes: np.ndarray, limit: float, loss: complex) 
         0.5 * (K + K.T),
         0.5 * (M + M.T),
         shapes.T @ load,
+        framed.inputs.shape[1],
         0.5 * (energy + energy.T),
         known.w2,
         known.vectors.T @ load,
@@ -201,15 +294,23 @@ def _bound(framed: FramedBody, shapes: np.ndarray, limit: float, loss: complex) 
     )
 
 
-def _rounded(numbers: np.ndarray) -> np.ndarray:
-    """Return numbers to a few digits of the largest at each frequency, (n, ...): short in a file."""
-    size = np.abs(numbers).max(axis=tuple(range(1, numbers.ndim)))
-    places = _DIGITS - np.floor(np.log10(np.where(size > 0.0, size, 1.0))).astype(int)
-    return np.stack([np.round(own, place) for own, place in zip(numbers, places, strict=True)])
-
-
 def _lines(limit: float, zeta: float, w2: np.ndarray) -> np.ndarray:
     """Return frequencies over the band, Hz: even lines, and at and beside each resonance."""
     resonances = np.sqrt(w2[(w2 > 0.0)]) / (2.0 * np.pi)
     beside = (resonances[:, None] * np.array([1.0 - zeta, 1.0, 1.0 + zeta])).ravel()
     return np.unique(np.concatenate([np.linspace(0.0, limit, _LINES + 1), beside[beside <= limit]]))
+
+
+def _lines_above(limit: float, zeta: float, bound: _Bound, own_w2: np.ndarray) -> np.ndarray:
+    """Return frequencies above the band, Hz: wider and wider lines, and at and beside the first resonances."""
+    both = np.concatenate([bound.known_w2, own_w2])
+    resonances = np.sort(np.sqrt(both[both > 0.0]) / (2.0 * np.pi))
+    resonances = resonances[resonances > limit][:_RESONANCES]
+    beside = (resonances[:, None] * np.array([1.0 - 2.0 * zeta, 1.0, 1.0 + 2.0 * zeta])).ravel()
+    furthest = _FURTHEST * limit
+    even = np.geomspace(limit, furthest, _ABOVE + 1)
+    if np.isfinite(bound.ahead):  # there resonances begin that are not known
+        first = np.sqrt(bound.ahead) / (2.0 * np.pi)
+        even = np.concatenate([even, [first * (1.0 - 2.0 * zeta), first]])
+    found = np.concatenate([even, beside])
+    return np.unique(found[(found >= limit) & (found <= furthest)])

@@ -6,14 +6,14 @@ forces of joints, drives and force elements on the interfaces, in body axes, mom
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
+from flexmb.results.body_response import elastic_and_rigid, held_frequency
+from flexmb.results.known_errors import KnownErrors, acting_loads, known_errors, left_out
 from flexmb.results.solution import Solution
 
 __all__ = ["RunError", "run_errors"]
@@ -26,18 +26,22 @@ STATIC = 0.01
 """Static error under interface loads from which joints meet a body that is too stiff, whatever its modes."""
 UNKNOWN = 0.02
 """Share of the spectrum above the known band that is told; forces that begin suddenly have some."""
+SMALL = 0.5
+"""Share of the accuracy that forces above a band may cost, when a band is proposed."""
 END = 0.05
 """Last part of a run over which forces and motion fade."""
 MARGIN = 1.5
 """What is told over what is estimated with phases: damping and sizes of motion are not quite those of the estimate."""
 HELD = 1e-3
 """Share of the largest reaction from which a joint is taken to hold a freedom of an interface."""
+STIFFER = 3.0
+"""Margin per square of the angular speed over the lowest frequency of a body as it is held, beside 1: the estimate is
+that of a body at rest, whose stiffness spin changes; squared where the body has geometric stiffness."""
 LARGEST = 10.0
 """Error over the elastic motion that is told at most: what has no motion at all has no number."""
-SPIN = 0.005
-"""Square of the angular speed over the first frequency of a body from which its centrifugal load is mentioned."""
 LINES = 2000
-"""Lines of the spectrum, those of the largest errors, at which reactions change: each takes a system of equations."""
+"""Lines of the spectrum, those of the largest errors in the band and above it, at which reactions change: each takes a
+system of equations."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +66,11 @@ class RunError:
     by_size : bool
         The shares of the forces are added by size, as if none cancelled another: their phases are not kept with many
         interface freedoms, nor in data of former versions.
-    spin : float, rad/s
-        Root mean square of the angular speed, where the load of it may count; else 0.
+    above : float
+        Part of `share` by forces above the known band, as if all that is not known was at resonance there; not a number
+        where the data do not tell it.
+    left_out : str
+        What is not in the error, in words; "" where nothing is known to be missing.
     """
 
     body: str
@@ -74,7 +81,8 @@ class RunError:
     limit: float
     remedy: str
     by_size: bool = False
-    spin: float = 0.0
+    above: float = 0.0
+    left_out: str = ""
 
     def __str__(self) -> str:
         text = (
@@ -83,15 +91,11 @@ class RunError:
         )
         if self.by_size:
             text += " (an upper bound that may be far too large: the shares of the forces are added by size)"
+        if self.above > 0.5 * self.share:
+            text += f"; that is by loads above {self.limit:.3g} Hz, as if all that is not known was at resonance there"
         if self.beyond > UNKNOWN:
             text += f"; {100.0 * self.beyond:.2g} % of them lie above {self.limit:.3g} Hz, where no error is known"
-        return f"{text}; {self.left_out}" if self.spin else text
-
-    @property
-    def left_out(self) -> str:
-        """What is not in the error, in words; "" where nothing is known to be missing."""
-        words = f"the centrifugal load of {self.spin:.3g} rad/s is not in it: compare with a run of more modes"
-        return words if self.spin else ""
+        return f"{text}; {self.left_out}" if self.left_out else text
 
     def _size(self) -> str:
         return "more than ten times its size" if self.share >= LARGEST else f"up to {100.0 * self.share:.3g} %"
@@ -115,37 +119,52 @@ def run_errors(solution: Solution, within: float = 0.01) -> list[RunError]:
     for body in phase.model.bodies:
         data = getattr(body, "reduced", None)
         if data is not None and "transfer" in data.quality and data.n_interfaces:
-            forces, reactions = _interface_forces(series, body, data)
-            fading = _fading(phase.t)[:, None]
-            motion = _motion(fading * series.modal_coordinates(body.name), data)
-            held = _held(reactions)
-            spectrum = _spectrum(phase.t, fading * forces)
-            error = _weighed(body.name, data, *spectrum, held, motion, within, _on_ground(phase.model, body, data))
+            error = _of_body(phase, series, body, data, within)
             if error is not None:
-                found.append(replace(error, spin=_spin(series.coordinates(body.name)[1], data)))
+                found.append(error)
     return found
 
 
-def _interface_forces(series: Any, body: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
+def _of_body(phase: Any, series: Any, body: Any, data: Any, within: float) -> RunError | None:
+    """Return the error of one body in a phase; None at rest."""
+    forces, reactions, loads = _interface_forces(series, body, data)
+    spin = series.coordinates(body.name)[1][:, 3:6]
+    fading = _fading(phase.t)[:, None]
+    motion = _motion(fading * series.modal_coordinates(body.name), data)
+    known = known_errors(data.quality["transfer"])
+    others = acting_loads(known, loads, spin)
+    places = [6 * k + f for k, row in enumerate(data.quality["interfaces"]) for f in row["freedoms"]]
+    frequencies, every = _spectrum(phase.t, fading * np.hstack([forces, others]))
+    spectra = frequencies, every[:, : forces.shape[1]][:, places], every[:, forces.shape[1] :]
+    held, power = _held(reactions)[places], 2 if getattr(body, "stiffening_groups", ()) else 1
+    turning = float(np.mean(np.sum(spin**2, axis=1))) / held_frequency(data, held) ** 2
+    return _weighed(
+        body.name,
+        data,
+        known,
+        spectra,
+        held,
+        motion,
+        within,
+        (_on_ground(phase.model, body, data), max(MARGIN, (1.0 + STIFFER * turning) ** power)),
+        left_out(known, data, loads, spin, turning),
+    )
+
+
+def _interface_forces(series: Any, body: Any, data: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return forces and moments over the size of the body, (nt, 6 k), N, on all interfaces in body axes.
 
-    Then those of them that are reactions of joints.
+    Then those of them that are reactions of joints, and the amounts of the load shapes of the body, (nt, nl).
     """
     names = [f"{body.name}.{name}" for name in data.marker_names[: data.n_interfaces]]
-    out = np.array(series.wrenches(names)).reshape(2, -1, len(names), 2, 3)
+    *both, loads = series.wrenches(names)
+    out = np.array(both).reshape(2, -1, len(names), 2, 3)
     # the axes of the body: those of its markers may be turned
     axes = Rotation.from_quat(series.coordinates(body.name)[0][:, 3:7], scalar_first=True).as_matrix()
     turned = np.einsum("tij,stkni->stknj", axes, out)
     turned[..., 1, :] /= data.quality["transfer"]["length"]
     every, reactions = turned.reshape(2, len(axes), -1)
-    return every, reactions
-
-
-def _spin(u: np.ndarray, data: Any) -> float:
-    """Return the root mean square of the angular speed, rad/s, of velocities (nt, 6 + m) where its load may count."""
-    rate = float(np.sqrt(np.mean(np.sum(u[:, 3:6] ** 2, axis=1))))
-    softest = 2.0 * np.pi * float(data.frequencies.min(initial=np.inf))
-    return rate if rate**2 > SPIN * softest**2 else 0.0
+    return every, reactions, loads[:, [series.system.load_index[body.name, name] for name in data.load_names]]
 
 
 def _on_ground(model: Any, body: Any, data: Any) -> bool:
@@ -203,122 +222,122 @@ def _spectrum(t: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray
 def _weighed(
     name: str,
     data: Any,
-    frequencies: np.ndarray,
-    forces: np.ndarray,
+    known: KnownErrors,
+    spectra: tuple[np.ndarray, np.ndarray, np.ndarray],
     held: np.ndarray,
     motion: float,
     within: float,
-    on_ground: bool,
+    told: tuple[bool, float],
+    missing: str,
 ):
-    """Return the error of a body from the spectrum of its forces and its mean square motion; None at rest."""
-    told = data.quality["transfer"]
+    """Return the error of a body from the spectra of its forces and other loads and its mean square motion.
+
+    told : whether all joints hold it to the ground; the margin
+    """
+    frequencies, forces, _ = spectra
     power = np.sum(np.abs(forces) ** 2, axis=1)
-    limit, total = told["frequencies"][-1], float(power.sum())
-    if total == 0.0:
-        return None
+    limit, total = known.limit, float(power.sum())
     inside = frequencies <= limit
-    places = [6 * k + f for k, row in enumerate(data.quality["interfaces"]) for f in row["freedoms"]]
-    told_forces = frequencies[inside], forces[inside][:, places], held[places]
-    error = _squares(data, *told_forces, 0.5 * frequencies[1], on_ground)
+    error = _squares(data, known, spectra, held, 0.5 * frequencies[1], told[0])
+    error *= 1.0 if known.band is None else told[1] ** 2
+    if not known.above:
+        error[~inside] = 0.0
     if not error.any():
         return None
-    share = float(np.sqrt(error.sum() / max(motion, error.sum() / LARGEST**2)))
-    highest = float(frequencies[np.searchsorted(np.cumsum(power), MOST * total)])
-    beyond = float(power[~inside].sum() / total)
+    motion = max(motion, error.sum() / LARGEST**2)
+    share, beyond, highest = float(np.sqrt(error.sum() / motion)), 0.0, 0.0
+    if total > 0.0:
+        highest = float(frequencies[np.searchsorted(np.cumsum(power), MOST * total)])
+        beyond = float(power[~inside].sum() / total)
+    above = float(np.sqrt(error[~inside].sum() / motion))
+    if not known.above:  # nothing is known of what these do: as if they did not move the body at all
+        above = float(np.sqrt(beyond))
+        share = max(share, above)
+    tail = np.sqrt(np.maximum(error.sum() - np.cumsum(error), 0.0) / motion)
+    enough = float(frequencies[int(np.argmax(tail <= SMALL * within))])
     return RunError(
         body=name,
         share=share,
         frequency=highest,
-        worst=float(frequencies[inside][int(np.argmax(error))]),
+        worst=float(frequencies[int(np.argmax(error))]),
         beyond=beyond,
         limit=limit,
-        by_size="matrix" not in told,
-        remedy=_remedy(data.quality, share, highest, limit, within, beyond),
+        by_size=known.band is None,
+        above=above,
+        left_out=missing,
+        remedy=_remedy(data.quality, share, (highest, enough), limit, within, beyond, above),
     )
 
 
 def _squares(
-    data: Any, frequencies: np.ndarray, forces: np.ndarray, held: np.ndarray, slowest: float, on_ground: bool
+    data: Any,
+    known: KnownErrors,
+    spectra: tuple[np.ndarray, np.ndarray, np.ndarray],
+    held: np.ndarray,
+    slowest: float,
+    on_ground: bool,
 ) -> np.ndarray:
-    """Return the squares of the error (n,), m2, by amplitudes (n, k) of the forces.
+    """Return the squares of the error (n,), m2, by amplitudes (n, k) of the forces and (n, l) of other loads.
 
     Below `slowest`, Hz, the body is taken to move as there: its rigid motion has no bound at rest.
 
     With phases, so that forces whose errors cancel do. What joints hold moves no other way with more modes, so that
     reactions change. Other bodies that hang on the joints may also give way, the ground does not: of the two the larger
-    is told for those, with a margin.
+    is told for those.
     """
-    told = data.quality["transfer"]
-    known = np.array(told["frequencies"])
-    if "matrix" not in told:
-        at = [np.interp(frequencies, known, bound) for bound in np.array(told["by_input"]).T]
+    frequencies, forces, others = spectra
+    if known.band is None:
+        at = [np.interp(frequencies, known.frequencies, bound) for bound in known.by_input.T]
         return np.sum(np.array(at).T * np.abs(forces), axis=1) ** 2
-    real, imaginary = np.moveaxis(np.array(told["matrix"]), 1, 0)
-    lines = real + 1j * imaginary
-    after = np.clip(np.searchsorted(known, frequencies), 1, len(known) - 1)
-    shares = (frequencies - known[after - 1]) / (known[after] - known[after - 1])
-    response = _elastic_and_rigid(data)
-    soft = np.zeros(forces.shape, complex)
-    for line in np.unique(after):
-        here = after == line
-        one, two = (forces[here] @ lines[k].T for k in (line - 1, line))
-        soft[here] = one + shares[here, None] * (two - one)
-    stiff = soft.copy()
-    largest = np.argsort(-np.sum(np.abs(soft) ** 2, axis=1), kind="stable")[: LINES if held.any() else 0]
-    for n in largest:
+    inside = frequencies <= known.limit
+    soft, rest = np.zeros((2, *forces.shape), complex)
+    parts = [(known.band, inside, soft)]
+    if known.beyond is not None and known.rest is not None:
+        parts += [(known.beyond, ~inside, soft), (known.rest, ~inside, rest)]
+    for lines, here, out in parts:
+        out[here] = lines.errors(frequencies[here], forces[here], others[here])
+    stiff, stiff_rest, response = soft.copy(), rest.copy(), elastic_and_rigid(data)
+    order = np.argsort(-np.sum(np.abs(soft) ** 2 + np.abs(rest) ** 2, axis=1), kind="stable")
+    for n in (*order[inside[order]][:LINES], *order[~inside[order]][:LINES]) if held.any() else ():
         elastic, rigid = response(max(frequencies[n], slowest))
-        elastic = elastic + (1.0 - shares[n]) * lines[after[n] - 1] + shares[n] * lines[after[n]]
-        change = np.linalg.lstsq((elastic + rigid)[np.ix_(held, held)], -soft[n, held], rcond=1e-12)[0]
-        stiff[n] += elastic[:, held] @ change
-    one, two = np.sum(np.abs(soft) ** 2, axis=1), np.sum(np.abs(stiff) ** 2, axis=1)
-    return MARGIN**2 * (one if one.sum() > two.sum() and not on_ground else two)
+        for lines, here, _ in parts:
+            elastic = elastic + lines.matrix_at(frequencies[n]) if here[n] else elastic
+        wanted = -np.column_stack([soft[n, held], rest[n, held]])
+        change = elastic[:, held] @ np.linalg.lstsq((elastic + rigid)[np.ix_(held, held)], wanted, rcond=1e-12)[0]
+        stiff[n] += change[:, 0]
+        stiff_rest[n] += change[:, 1]
+    open_rest = np.sum(np.abs(rest) ** 2, axis=1)
+    amplified = known.amplified(frequencies, open_rest)
+    one = np.sum(np.abs(soft) ** 2, axis=1) + amplified
+    # not both: a mode that is not known at a resonance of the held body would be that resonance once more
+    two = np.sum(np.abs(stiff) ** 2 + np.abs(stiff_rest) ** 2, axis=1) + (amplified - open_rest)
+    return one if one.sum() > two.sum() and not on_ground else two
 
 
-def _elastic_and_rigid(data: Any) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
-    """Return a function of the frequency, Hz: the elastic and the rigid response (k, k), m/N, of the reduced body."""
-    loss, inertia = 1.0 + 2j * data.quality["transfer"]["damping"], data.invariants
-    mass = np.block(
-        [
-            [inertia.vv, inertia.vw0, inertia.vn],
-            [inertia.vw0.T, inertia.ww0, inertia.wn0],
-            [inertia.vn.T, inertia.wn0.T, inertia.nn],
-        ]
-    )
-    stiffness = np.zeros_like(mass)
-    stiffness[6:, 6:] = data.stiffness
-    w2, modes = eigh(stiffness, mass)  # of the free body: six rigid motions, then elastic ones against the mean motion
-    shapes = _freedoms(data) @ modes
-    rigid, elastic = shapes[:, :6], shapes[:, 6:]
-
-    def response(hertz: float) -> tuple[np.ndarray, np.ndarray]:
-        square = (2.0 * np.pi * hertz) ** 2
-        return elastic / (loss * w2[6:] - square) @ elastic.T, rigid @ rigid.T / -square
-
-    return response
-
-
-def _freedoms(data: Any) -> np.ndarray:
-    """Return the motion (k, 6 + m) of interface freedoms by rigid motions and modes; turns by the size of the body."""
-    rows = []
-    length = data.quality["transfer"]["length"]
-    for number, row in enumerate(data.quality["interfaces"]):
-        x, y, z = data.marker_positions[number]
-        lever = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-        move = np.hstack([np.eye(3), lever, data.marker_translations[number]])
-        turn = length * np.hstack([np.zeros((3, 3)), np.eye(3), data.marker_rotations[number]])
-        rows.append(np.vstack([move, turn])[row["freedoms"]])
-    return np.vstack(rows)
-
-
-def _remedy(quality: dict[str, Any], share: float, frequency: float, limit: float, within: float, beyond: float) -> str:
+def _remedy(
+    quality: dict[str, Any],
+    share: float,
+    enough: tuple[float, float],
+    limit: float,
+    within: float,
+    beyond: float,
+    above: float,
+) -> str:
     """Return what to do: more modes where the error is too large, a wider band where forces lie beyond it.
 
     More shapes of a basis without the static responses of the interfaces help little where joints hold these.
+
+    Parameters
+    ----------
+    enough : (float, float), Hz
+        Below the first lie most of the forces, below the second all of the error but a small part of the accuracy.
     """
     if share > within and quality.get("static_error", 0.0) > STATIC:
         return f"Reduce again with basis='CraigBampton': {quality['basis'].partition('(')[0]} lacks static responses"
     if beyond > UNKNOWN:
-        return f"Reduce again with error_up_to={frequency:.3g}"
+        return f"Reduce again with error_up_to={enough[0]:.3g}"
+    if above > SMALL * share > SMALL * within:
+        return f"Reduce again with error_up_to={max(enough):.3g}"
     if share <= within:
         return ""
     if quality.get("basis", "CraigBampton()") != "CraigBampton()" or (share > 1.0 and "matrix" in quality["transfer"]):

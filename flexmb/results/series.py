@@ -146,16 +146,16 @@ class Series:
         """Force and moment (nt, 6), N and N m, of a force on the body of its second marker, at that marker, in W."""
         return self.observation.force[:, _index(self.system.force_index, name, "force")]
 
-    def wrenches(self, markers: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    def wrenches(self, markers: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Force and moment (nt, n, 6), N and N m, of all joints and forces on each "body.marker", at the marker, in W;
-        and the part of it that joints and drives exert.
+        the part of it that joints and drives exert; and the amounts of all load shapes (nt, n_loads).
         """
         from flexmb.system.observe import observe_wrenches
 
         p, numbers = self.phase, [_index(self.system.marker_index, name, "marker") for name in markers]
         seen = [observe_wrenches(self.system, numbers, *rows) for rows in self._spans(p.q, p.u, p.a, p.lam)]
-        every, of_joints = (np.concatenate(parts) for parts in zip(*seen, strict=True))
-        return every, of_joints
+        every, of_joints, loads = (np.concatenate(parts) for parts in zip(*seen, strict=True))
+        return every, of_joints, loads
 
     @property
     def energy(self) -> np.ndarray:

@@ -231,6 +231,7 @@ def compile(model: Model) -> System:
         u0=layout.u,
         n_signals=len(compiler.signals),
         n_loads=len(compiler.load_index),
+        load_index=dict(compiler.load_index),
         n_channels=compiler.loops.n_channels,
         implicit=compiler.loops.follows_accelerations,
         samples_reactions=compiler.loops.follows_reactions,

@@ -202,8 +202,9 @@ def observe_signals(system: System, t, q, u, a, lam) -> np.ndarray:
     return found
 
 
-def observe_wrenches(system: System, markers, t, q, u, a, lam) -> tuple[np.ndarray, np.ndarray]:
-    """Return what acts at markers (nt, n, 6), N and N m, in W at the marker, and the part of it that joints exert.
+def observe_wrenches(system: System, markers, t, q, u, a, lam) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what acts at markers (nt, n, 6), N and N m, in W at the marker, and the part of it that joints exert; and
+    the amounts of all load shapes (nt, n_loads).
 
     Parameters
     ----------
@@ -214,6 +215,7 @@ def observe_wrenches(system: System, markers, t, q, u, a, lam) -> tuple[np.ndarr
     """
     work, places = system.workspace(), np.array(markers, np.int64)
     every, of_joints = np.zeros((2, len(t), len(places), 6))
+    loads = np.zeros((len(t), len(work.loads)))
     own = np.isin(work.legs["marker"], places)
     equations, row = work.legs["equation"][own], np.argmax(work.legs["marker"][own, None] == places, axis=1)
     no_matrix(work.weights)
@@ -222,4 +224,5 @@ def observe_wrenches(system: System, markers, t, q, u, a, lam) -> tuple[np.ndarr
         every[k] = work.markers["wrench"][places]
         by_leg = work.legs["gradient"][own] * work.equations["force"][equations, None]
         np.add.at(of_joints[k], row, by_leg)
-    return every, of_joints
+        loads[k] = work.loads
+    return every, of_joints, loads

@@ -38,6 +38,7 @@ class System:
     n_pairs : int
         Of the pairs of markers those that kernels write to; behind them are pairs that only the pattern needs.
     marker_index, joint_index, force_index : dict of name to number
+    load_index : mapping of (body, load shape) to number
     force_rows : (nf, 3)
         Kind, first and last byte of the row of every force.
     equation_names : tuple of str
@@ -123,6 +124,7 @@ class System:
     unlocated: tuple[str, ...] = ()
     values: Mapping[str, int] = field(default_factory=dict)
     inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
+    load_index: Mapping[tuple[str, str], int] = field(default_factory=dict)
     states: tuple[StateGroup, ...] = ()
     holds: tuple[Hold, ...] = ()
     state_slices: Mapping[str, tuple[slice, slice]] = field(default_factory=dict)

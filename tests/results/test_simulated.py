@@ -210,7 +210,7 @@ def test_what_acts_at_a_marker_is_of_joints_drives_and_forces_on_joints():
         forces=[fmb.TorsionSpring("spring", joint="hinge", stiffness=50.0, free_angle=0.1)],
     )
     series = fmb.simulate(model, 0.1, samples=3).series()
-    every, of_joints = series.wrenches(["rod.start", "ground.origin"])
+    every, of_joints, _ = series.wrenches(["rod.start", "ground.origin"])
     weight, spring = 3.0 * 9.81, 50.0 * 0.1
     held = np.array([0.0, weight, 0.0, 0.0, 0.0, weight])
     np.testing.assert_allclose(every[-1, 0], held, atol=1e-6)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import flexmb as fmb
 from flexmb import fem, reduction
@@ -123,7 +124,7 @@ def test_forces_on_a_joint_count_and_markers_may_be_turned(arm):
 def test_a_run_too_short_for_a_line_above_zero_hertz_is_judged(arm):
     """Its only line of the known band is a body at rest, whose rigid motion has no bound there."""
     few = arm(4)
-    told = few.quality["transfer"]
+    told = {name: value for name, value in few.quality["transfer"].items() if name != "beyond"}
     quality = {**few.quality, "transfer": {**told, "frequencies": [0.005 * f for f in told["frequencies"]]}}
     (error,) = run_errors(hinged(replace(few, quality=quality)))
     assert error.worst == 0.0
@@ -134,7 +135,7 @@ def test_a_run_too_short_for_a_line_above_zero_hertz_is_judged(arm):
 def test_reactions_change_at_the_lines_of_the_largest_errors(arm, monkeypatch):
     solution = hinged(arm(12))
     (every,) = run_errors(solution)
-    monkeypatch.setattr("flexmb.results.reduction_error.LINES", 20)
+    monkeypatch.setattr("flexmb.results.reduction_error.LINES", 40)
     (few,) = run_errors(solution)
     assert few.share == pytest.approx(every.share, rel=0.1)
 
@@ -228,11 +229,15 @@ def test_a_coupler_between_two_bars_of_a_loop():
         assert true < told.share < 6.0 * true
 
 
-@pytest.fixture(scope="module")
-def tube():
+def bent_tube(**given):
     x, y = np.linspace(0.0, 1.2, 7), np.linspace(0.0, 0.8, 5)[1:]
     points = np.vstack([np.column_stack([x, 0.0 * x, 0.0 * x]), np.column_stack([0.0 * y + 1.2, y, 0.0 * y])])
-    return fem.frame(points, section=fem.Section.tube(0.05, 0.003), material=fmb.MATERIALS["aluminium"])
+    return fem.frame(points, section=fem.Section.tube(0.05, 0.003), material=fmb.MATERIALS["aluminium"], **given)
+
+
+@pytest.fixture(scope="module")
+def tube():
+    return bent_tube()
 
 
 def turned_up(data, rate, rise):
@@ -260,19 +265,137 @@ def test_motion_that_is_missing_at_all_is_told_and_the_remedy_helps(tube, modes)
     assert better.share < 0.05
 
 
-def test_a_centrifugal_load_that_is_not_in_the_estimate_is_told(tube):
-    """Two modes are wrong by 0.5 % at 30 rad/s, which is more than is told."""
-    few, many = (
-        reduction.reduce(tube, {"root": [0], "tip": [10]}, n, error_up_to=700.0, damping=0.02, compare=0)
-        for n in (2, 40)
-    )
-    solution = turned_up(few, 30.0, 0.2)
-    exact = moved(turned_up(many, 30.0, 0.2), many)
+@pytest.mark.parametrize(("rate", "modes", "stiffened"), [(30.0, 2, False), (60.0, 2, False), (60.0, 4, True)])
+@pytest.mark.filterwarnings("ignore:.*change its stiffness")
+def test_a_centrifugal_load_is_in_the_estimate(tube, rate, modes, stiffened):
+    """Of interface forces alone 0.34 % was told of 0.5 % at 30 rad/s. The arm on its drive swings at 75 rad/s: spin
+    changes its stiffness, which the margin holds."""
+    given = {"error_up_to": 700.0, "damping": 0.02, "compare": 0, "geometric_stiffness": stiffened}
+    few, many = (reduction.reduce(tube, {"root": [0], "tip": [10]}, n, **given) for n in (modes, 40))
+    solution = turned_up(few, rate, 0.2)
+    exact = moved(turned_up(many, rate, 0.2), many)
     share = np.sqrt(np.mean((moved(solution, few) - exact) ** 2) / np.mean(exact**2))
     (told,) = run_errors(solution)
-    assert told.share < share < 0.01
-    assert told.spin == pytest.approx(28.0, rel=0.05)
-    assert "centrifugal load of" in str(told)
-    (slow,) = run_errors(turned_up(few, 10.0, 0.2))
-    assert slow.spin == 0.0
-    assert slow.left_out == ""
+    assert share < told.share < 3.0 * share
+    assert ("spin of" in str(told)) == (rate > 50.0)
+    told_by = few.quality["transfer"]
+    former = {name: value for name, value in told_by.items() if name not in ("spin", "beyond")}
+    data = replace(few, quality={**few.quality, "transfer": former})
+    (told,) = run_errors(turned_up(data, rate, 0.2))
+    assert f"the centrifugal load of {0.93 * rate:.2g}" in str(told)
+    assert run_errors(turned_up(few, 10.0, 0.2))[0].left_out == ""
+
+
+def test_errors_by_spin_and_by_loads_are_those_of_all_freedoms():
+    """Against dense matrices of the free frame: displacements of the ends by a centrifugal load and by a unit force,
+    far below the first mode that is not known. The inertia of turned nodes is left out here, which is 0.6 %."""
+    tube = bent_tube(rotary_inertia=False)
+    loads = {"side": {5: (0.0, 0.0, 1.0)}}
+    data = reduction.reduce(
+        tube, {"root": [0], "tip": [10]}, 2, loads=loads, error_up_to=700.0, damping=0.02, compare=0
+    )
+    told, M, K = data.quality["transfer"], tube.M.toarray(), tube.K.toarray()
+    w = np.array([3.0, -5.0, 2.0])
+    field = np.outer(w, w) - w @ w * np.eye(3)
+    moved_by = np.zeros((len(tube.nodes), 6))
+    moved_by[:, :3] = tube.nodes @ field
+    shapes = np.concatenate([data.shapes, data.rotation_shapes], axis=1).reshape(tube.ndof, -1)
+    force = np.zeros((len(tube.nodes), 6))
+    force[5, 2] = 1.0
+    elastic = np.linalg.qr(M @ tube.rigid_motions(), mode="complete")[0][:, 6:]
+    components = [field[k, l] for k, l in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))]
+    size = np.tile(np.repeat([1.0, told["length"]], 3), 2)
+    for hertz in (0.0, 90.0):
+        line = int(np.argmin(np.abs(np.array(told["frequencies"]) - hertz)))
+        square = (2.0 * np.pi * told["frequencies"][line]) ** 2
+        for name, given, load in (
+            ("spin", components, -M @ moved_by.ravel()),
+            ("loads", [1.0], force.ravel()),
+        ):
+            found = [
+                span @ np.linalg.solve(span.T @ ((1.0 + 0.04j) * K - square * M) @ span, span.T @ load)
+                for span in (elastic, shapes)
+            ]
+            exact = (found[0] - found[1]).reshape(-1, 6)[[0, 10]].ravel() * size
+            real, imaginary = np.array(told[name])[line]
+            estimate = (real + 1j * imaginary) @ given
+            assert np.linalg.norm(estimate - exact) < 0.01 * np.linalg.norm(exact)
+
+
+def test_errors_by_spin_and_by_loads_follow_axes_and_units(tube):
+    loads = {"side": {5: (0.0, 0.0, 1.0)}}
+    data = reduction.reduce(tube, {"root": [0], "tip": [10]}, 2, loads=loads, error_up_to=60.0, damping=0.02, compare=0)
+    turn = Rotation.from_rotvec((0.3, -0.5, 0.9)).as_matrix()
+    told, other = data.quality["transfer"], data.rotated(turn).quality["transfer"]
+    six = np.kron(np.eye(4), turn)
+    places = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+    w = np.array([3.0, -5.0, 2.0])
+    fields = [np.outer(u, u) - u @ u * np.eye(3) for u in (w, turn @ w)]
+    before, after = ([field[k] for k in places] for field in fields)
+    units = data.rescaled(length=1e3, mass=1e-3, time=10.0).quality["transfer"]
+    for lines, turned, scaled in (
+        (told, other, units),
+        (told["beyond"], other["beyond"], units["beyond"]),
+        (told["beyond"]["rest"], other["beyond"]["rest"], units["beyond"]["rest"]),
+    ):
+        by_spin, by_turned = np.array(lines["spin"]) @ before, np.array(turned["spin"]) @ after
+        assert by_turned == pytest.approx(by_spin @ six.T, abs=1e-6 * np.abs(by_spin).max())
+        by_loads = np.array(lines["loads"])
+        assert np.array(turned["loads"]) == pytest.approx(six @ by_loads, abs=1e-9 * np.abs(by_loads).max())
+        assert np.array(scaled["spin"]) == pytest.approx(1e5 * np.array(lines["spin"]))
+        assert np.array(scaled["loads"]) == pytest.approx(1e3 * by_loads)
+        assert scaled["frequencies"] == pytest.approx(0.1 * np.array(lines["frequencies"]))
+    assert units["beyond"]["ahead"] == pytest.approx(0.1 * told["beyond"]["ahead"])
+
+
+@pytest.mark.parametrize(("basis", "modes"), [("CraigBampton", 4), ("Rubin", 4), ("Rubin", 8)])
+@pytest.mark.parametrize(("hertz", "limit"), [(120.0, 200.0), (400.0, 200.0), (1500.0, 600.0)])
+def test_forces_above_the_known_band_are_in_the_error(fe, basis, modes, hertz, limit):
+    """A force at its frequency, and what begins suddenly, move the bar in modes above the band: of Rubin's basis 9e-5
+    was told where 2.6e-3 was true, and 2e-5 where it was 0.5, all within 1 %."""
+    given = {"damping": 0.02, "compare": 0}
+    few = reduction.reduce(fe, ENDS, modes, basis=basis, error_up_to=limit, **given)
+    many = reduction.reduce(fe, ENDS, 40, **given)
+
+    def shaken(data):
+        push = fmb.PointLoad("push", marker="bar.b", force=(0.0, 0.0, fmb.harmonic(500.0, hertz)))
+        model = fmb.Model(bodies=[fmb.Ground(), fmb.FloatingBody("bar", data=data)], forces=[push])
+        return fmb.simulate(model, 0.1, samples=801, integrator=fmb.GeneralizedAlpha(rtol=1e-6))
+
+    solution, exact = shaken(few), ends(shaken(many), many)
+    share = np.sqrt(np.mean((ends(solution, few) - exact) ** 2) / np.mean(exact**2))
+    (told,) = run_errors(solution)
+    assert told.share > share
+    if hertz < 1000.0:  # further out the resonances are not known, and it says so
+        assert told.share < 10.0 * share
+    if hertz > limit:
+        assert told.remedy.startswith("Reduce again with error_up_to=")
+        assert "as if all that is not known was at resonance" in str(told)
+    former = {name: value for name, value in few.quality["transfer"].items() if name not in ("beyond", "spin")}
+    (told,) = run_errors(shaken(replace(few, quality={**few.quality, "transfer": former})))
+    if hertz > limit:  # they are not told as an error of nothing
+        assert told.share > 0.9
+
+
+def test_a_load_shape_that_acts_is_in_the_error(fe):
+    """A force in the middle of the bar, which is no interface: nothing of its error was told, and nothing said so."""
+    given = {"loads": {"mid": {12: (0.0, 0.0, 1.0)}}, "error_up_to": 600.0, "damping": 0.02, "compare": 0}
+    few, many = (reduction.reduce(fe, ENDS, n, **given) for n in (2, 40))
+
+    def pressed(data):
+        push = fmb.Pressure("push", load="bar.mid", amount=fmb.harmonic(500.0, 110.0))
+        model = fmb.Model(bodies=[fmb.Ground(), fmb.FloatingBody("bar", data=data)], forces=[push])
+        return fmb.simulate(model, 0.3, samples=901)
+
+    exact, solution = ends(pressed(many), many), pressed(few)
+    share = np.sqrt(np.mean((ends(solution, few) - exact) ** 2) / np.mean(exact**2))
+    (told,) = run_errors(solution)
+    assert share > 0.02
+    assert share < told.share < 5.0 * share
+    former = {name: value for name, value in few.quality["transfer"].items() if name not in ("beyond", "loads")}
+    push = fmb.PointLoad("end", marker="bar.b", force=(0.0, 0.0, fmb.harmonic(5.0, 110.0)))
+    data = replace(few, quality={**few.quality, "transfer": former})
+    model = solution.model
+    found = run_errors(fmb.simulate(replace(model, bodies=(model.bodies[0], replace(model.bodies[1], data=data)),
+                                            forces=(*model.forces, push)), 0.3, samples=901))  # fmt: skip
+    assert "the load 'mid' is not in it" in str(found[0])
