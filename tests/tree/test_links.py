@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from contracts.random_models import FORCES, PAIRS, connected, put_together
+from scipy.spatial.transform import Rotation
 from tree.models import chain, random_consistent
 from tree.test_agreement import AGREED, KINDS
 from verification import mechanisms
@@ -286,3 +287,25 @@ def test_products_of_trees_with_points_and_states(rng):
     of_free = [name.startswith("free.") for name in tree.rate_names]
     mass = next(body.mass for body in model.bodies if body.name == "free")
     np.testing.assert_allclose(tree.mass_product(q, a)[of_free], mass * a[of_free], rtol=1e-14)
+
+
+@pytest.mark.parametrize("kind", [fmb.Revolute, fmb.Cylindrical, fmb.Spherical])
+def test_rounding_of_an_inertia_is_none(kind):
+    """A moment of 1e-20 about the axis of a joint that is turned in space: what is computed of it is rounding.
+
+    The acceleration was that of rounding, 6e4 rad/s2; the general recursion refuses it by the same bound.
+    """
+    R = Rotation.random(random_state=1)
+    own = Rotation.from_euler("y", 0.5 * np.pi)
+    rod = fmb.RigidBody(
+        "rod", mass=1.0, inertia=(1e-20, 0.1, 0.1), rotation=R, markers={"axis": fmb.Pose((-0.5, 0, 0), own)}
+    )
+    seat = fmb.Pose(tuple(R.apply((-0.5, 0, 0))), R * own)
+    joint = kind("hinge", markers=("ground.seat", "rod.axis"))
+    model = fmb.Model(bodies=[fmb.Ground(markers={"seat": seat}), rod], joints=[joint], gravity=(1, 2, -9.81))
+    tree = fmb.JointTree(model)
+    message = r"Body 'rod' \(joint 'hinge'\): its articulated inertia is singular"
+    with pytest.raises(fmb.CompileError, match=message):
+        tree.accelerations(tree.start.q)
+    with pytest.raises(fmb.CompileError, match=message):
+        fmb.accelerations(model, formulation=fmb.Recursive())

@@ -12,6 +12,7 @@ from flexmb.math.eights import WIDTH, crossing, keep, less, more, part, plus, pu
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.blocks import factor_block, solve_block
 from flexmb.tree.flexible.six_rows import add_six, keep_six, read_six
+from flexmb.tree.rigid.passes import SINGULAR
 from flexmb.tree.rigid.places import BALL, FIXED, FRAME, SINGLE, carry, reach_axes, read_axes
 
 __all__ = ["add_own", "clear_wide", "force_with_bias", "give_wide", "move_wide", "open_wide"]
@@ -114,7 +115,10 @@ def _open_single(link, row, P, gain, tau):
         gain[i] = t * P[i, 2] + s * P[i, 5]
         row.gain[i] = t * P[2, i] + s * P[5, i]
     D = t * gain[2] + s * gain[5]  # negative beyond a body that is bent so far that it takes more than all inertia
-    if not abs(D) > 1e-300:
+    usual = t * t * max(abs(P[0, 0]), abs(P[1, 1]), abs(P[2, 2])) + s * s * max(
+        abs(P[3, 3]), abs(P[4, 4]), abs(P[5, 5])
+    )
+    if not abs(D) > max(SINGULAR * usual, 1e-300):
         return False
     D = 1.0 / D
     row.mobility = D
@@ -131,9 +135,15 @@ def _open_single(link, row, P, gain, tau):
 
 @inner_kernel
 def _inverse(A, n, D):
-    """Write the inverse of the leading (n, n) part of A, which is overwritten, to D; False if it is singular."""
+    """Write the inverse of the leading (n, n) part of A, which is overwritten, to D; False if it is singular.
+
+    A has three moments, and three masses behind them.
+    """
     pivots, column = np.empty(6, np.int64), np.empty(6)
-    if not factor_block(A, n, pivots, 1e-300):
+    usual = max(abs(A[0, 0]), abs(A[1, 1]), abs(A[2, 2]))
+    if n == 6:
+        usual = min(usual, max(abs(A[3, 3]), abs(A[4, 4]), abs(A[5, 5])))
+    if not factor_block(A, n, pivots, max(SINGULAR * usual, 1e-300)):
         return False
     for j in range(n):
         for i in range(n):

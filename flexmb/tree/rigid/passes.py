@@ -12,7 +12,11 @@ import numpy as np
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.rigid.places import BALL, FIXED, FRAME, SINGLE, carry, reach_axes, read_axes
 
-__all__ = ["gather", "let_fall", "solve_factor", "spread"]
+__all__ = ["SINGULAR", "gather", "let_fall", "solve_factor", "spread"]
+
+SINGULAR = 1e-15
+"""Inertia of a free motion below this, relative to the largest mass or moment of the articulated inertia, counts as
+none: it is rounding."""
 
 
 @inner_kernel
@@ -34,7 +38,9 @@ def _open(link, row, tau):
     """Subtract what the joint's one motion takes from inertia and force; False if it moves no inertia."""
     U = _column(link, row)
     D = link.turn * U[2] + link.slide * U[5]
-    if not D > 1e-300:
+    t, s = link.turn * link.turn, link.slide * link.slide
+    usual = t * max(row.J[0], row.J[3], row.J[5]) + s * max(row.M[0], row.M[3], row.M[5])
+    if not D > max(SINGULAR * usual, 1e-300):
         return False
     D = 1.0 / D
     for i in range(6):
@@ -54,12 +60,19 @@ def _open(link, row, tau):
 
 @inner_kernel
 def _factorise(L, n):
-    """Replace the lower half of L (n, n), flat with rows of n, by its Cholesky factor; False if it is not positive."""
+    """Replace the lower half of L (n, n), flat with rows of n, by its Cholesky factor; False if it is not positive.
+
+    L has three moments, and three masses behind them.
+    """
+    usual = 0.0
     for j in range(n):
+        if j % 3 == 0:
+            usual = max(L[n * j + j], L[n * (j + 1) + j + 1], L[n * (j + 2) + j + 2])
         x = L[n * j + j]
+        least = max(SINGULAR * usual, 1e-300)
         for k in range(j):
             x -= L[n * j + k] ** 2
-        if not x > 1e-300:
+        if not x > least:
             return False
         x = x**0.5
         L[n * j + j] = x
