@@ -292,7 +292,9 @@ def equations(model: Model, state: Any = None, *, as_sparse: bool = False) -> Eq
         velocity=e.velocity,
         B=sparse.identity(nu, format="csr") if as_sparse else np.eye(nu),
         Bdot_u=np.zeros(nu),
-        rank=_rank(e.independent().G.toarray() / np.sqrt(mass_metric(e.M))) if len(e.dependent) else None,
+        rank=_rank(e.independent().G.toarray() / np.sqrt(np.maximum(mass_metric(e.M), e.least_inertia)))
+        if len(e.dependent)
+        else None,
     )
 
 

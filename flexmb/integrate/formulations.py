@@ -119,7 +119,7 @@ def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
     Multipliers contain no self-stress: they have least norm.
     """
     nu = e.M.shape[0]
-    soft = SOFT * np.max(equation_scale(e.M, e.G)) * e.weight
+    soft = SOFT * np.max(equation_scale(e.M, e.G, e.least_inertia)) * e.weight
     matrix = sparse.bmat([[e.M, -e.L], [e.G, sparse.diags(soft)]], format="csc")
     try:
         factor = splu(matrix)

@@ -37,6 +37,8 @@ class Equations:
         Residual of the constraints, zero for those at velocity level.
     weight : (ng,)
         Of the multipliers in the norm that is least where equations are dependent (see System).
+    least_inertia : (nu,)
+        With which equations are judged (see System).
     dependent : (k,) of int
         Equations that depend on others, if only up to the digits of a mesh file: no motion has to obey them.
     """
@@ -49,6 +51,7 @@ class Equations:
     velocity: np.ndarray
     position: np.ndarray
     weight: np.ndarray
+    least_inertia: np.ndarray
     dependent: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
 
     def independent(self) -> Equations:
@@ -102,6 +105,7 @@ def equations_at(system, state, work, a: np.ndarray | None = None, lam: np.ndarr
         velocity=velocity,
         position=position,
         weight=system.multiplier_weights,
+        least_inertia=system.least_inertia,
         dependent=dependent,
     )
 

@@ -25,7 +25,7 @@ from flexmb.system.complaints import equations_of_forces
 from flexmb.system.fit import misfits, require_fit
 from flexmb.system.lengths import described_lengths, velocity_units, warn_of_lost_digits
 from flexmb.system.mobility import constraint_matrix
-from flexmb.system.needles import warn_of_needles
+from flexmb.system.needles import least_inertia, warn_of_needles
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate, increment
 from flexmb.system.projection import project
 from flexmb.system.stations import warn_of_stations
@@ -149,7 +149,11 @@ class Alike:
         warn_of_needles(system.model)
         warn_of_stations(model)
         system = replace(
-            system, lengths=lengths, units=velocity_units(system, lengths, inertia), gaps=np.zeros(system.ng)
+            system,
+            lengths=lengths,
+            units=velocity_units(system, lengths, inertia),
+            least_inertia=least_inertia(system),
+            gaps=np.zeros(system.ng),
         )
         closed = ROUND if redundant else CLOSED if self.rigid else MEETS
         if np.any(drawn > closed * lengths.equations) or misfits(model):

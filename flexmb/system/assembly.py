@@ -35,7 +35,7 @@ from flexmb.system.mobility import (
     mass_diagonal,
     mass_metric,
 )
-from flexmb.system.needles import warn_of_needles
+from flexmb.system.needles import least_inertia, warn_of_needles
 from flexmb.system.program import constraint_acceleration, constraint_velocity, evaluate, increment
 from flexmb.system.projection import project
 from flexmb.system.stations import warn_of_stations
@@ -269,7 +269,8 @@ def _with_lengths(system: System, state: State, work) -> System:
     warn_of_lost_digits(system.model, lengths)
     warn_of_needles(system.model)
     warn_of_stations(system.model)
-    return replace(system, lengths=lengths, units=velocity_units(system, lengths, inertia))
+    units = velocity_units(system, lengths, inertia)
+    return replace(system, lengths=lengths, units=units, least_inertia=least_inertia(system))
 
 
 def all_softened(system: System) -> System:
@@ -315,7 +316,7 @@ def softened(system: System, work, M, G, dependent, indeterminate) -> System:
     """
     lent, at = system.program.floor, system.program.floor_at[:, 0]
     # pivots of equations between bodies without inertia are as large as what they are lent is small
-    scale = equation_scale(M + sparse.csr_matrix((lent, (at, at)), shape=M.shape), G)
+    scale = equation_scale(M + sparse.csr_matrix((lent, (at, at)), shape=M.shape), G, system.least_inertia)
     # one number for all forces and one for all moments gives least norm, unless inertias differ by many orders
     forces = equations_of_forces(system, work)
     for family in (forces, ~forces):

@@ -261,4 +261,5 @@ def compile(model: Model) -> System:
         **switches_of(model, force_tables, force_rows, starts[first_force:], compiler.loops),
         lengths=unit_lengths(len(model.bodies), len(constraints.names)),
         units=np.ones(layout.iu[-1]),
+        least_inertia=np.zeros(layout.iu[-1]),
     )

@@ -48,5 +48,5 @@ def _gradients(system: System, state, work) -> np.ndarray:
     weigh_mass(work.weights)
     evaluate(bare, state, work)
     M, G = constraint_matrix(system, work)
-    sized = sparse.diags(equation_scale(M, G) ** -0.5) @ G @ sparse.diags(mass_metric(M) ** -0.5)
+    sized = sparse.diags(equation_scale(M, G, np.zeros(system.nu)) ** -0.5) @ G @ sparse.diags(mass_metric(M) ** -0.5)
     return sized.toarray()

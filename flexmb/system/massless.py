@@ -13,13 +13,14 @@ from scipy import sparse
 from scipy.linalg import qr
 
 from flexmb.errors import CompileError
+from flexmb.system.needles import longest_arms
 
 __all__ = ["inertia_floor"]
 
 SINGULAR = 1e-12
 """Singular values of a body's mass matrix below this, with its diagonal scaled to one, count as zero."""
 FLOOR = 1e-8
-"""Added inertia, relative to the body's own, or to all bodies' if it has none."""
+"""Added inertia, relative to the body's own, to its mass by the arms of its joints, or to those of all bodies."""
 ROUNDING = 1e-6
 """Change of an equation by a motion, of that by the strongest motion of the body, that is rounding: inertias of 32
 bits, or seven digits, know the direction of an axis to 1e-7."""
@@ -28,11 +29,26 @@ HELD = 1e-9
 
 
 def _typical(M: sparse.csr_matrix, bodies) -> tuple[float, ...]:
-    """Return the geometric means of masses and moments of inertia of all bodies (1 where there are none)."""
+    """Return the geometric means of masses (1 kg where there are none) and moments of inertia (0) of all bodies."""
     diagonal = M.diagonal()
     masses = np.concatenate([diagonal[u][:3] for _, u in bodies])
     moments = np.concatenate([diagonal[u][3:6] for body, u in bodies if body.has_frame] or [np.zeros(0)])
-    return tuple(float(np.exp(np.mean(np.log(x[x > 0.0])))) if np.any(x > 0.0) else 1.0 for x in (masses, moments))
+    means = (float(np.exp(np.mean(np.log(x[x > 0.0])))) if np.any(x > 0.0) else 0.0 for x in (masses, moments))
+    return next(means) or 1.0, next(means)
+
+
+def _sizes(diagonal: np.ndarray, arm: float, typical: tuple[float, ...]) -> tuple[float, float]:
+    """Return the mass and the moment of inertia beside which what is lent to a body is small.
+
+    They are its own, or what these make of each other over the arm of its joints, m; those of all bodies, if it has
+    none.
+    """
+    mass, moment = np.max(diagonal[:3]), np.max(diagonal[3:6], initial=0.0)
+    if mass > 0.0:
+        return mass, moment if moment > 0.0 else mass * arm**2
+    if moment > 0.0:
+        return moment / arm**2, moment
+    return typical[0], typical[1] if typical[1] > 0.0 else typical[0] * arm**2
 
 
 def _beyond(system, place: int) -> CompileError:
@@ -87,11 +103,13 @@ def inertia_floor(system, M: sparse.csr_matrix, G: sparse.csr_matrix) -> tuple[n
     places: list[tuple[int, int]] = []
     values: list[float] = []
     typical: tuple[float, ...] | None = None
+    arms: dict[str, float] = {}
+    of_start = {u.start: body for body, u in bodies}
     for block, u in _without_inertia(system, M, [u for _, u in bodies]):
         diagonal = np.abs(np.diag(block))
-        typical = typical or _typical(M, bodies)
-        own = (np.max(diagonal[:3]), np.max(diagonal[3:6], initial=0.0))
-        size = [x if x > 0.0 else usual for x, usual in zip(own, typical, strict=True)]
+        typical, arms = typical or _typical(M, bodies), arms or longest_arms(system.model)
+        name = of_start[u.start].name
+        size = _sizes(diagonal, arms.get(name) or system.lengths.whole, typical)
         frame = min(6, len(diagonal))  # the modes of a reduced body have mass
         floor = np.concatenate([np.repeat(size, [3, frame - 3]), diagonal[frame:]])
         _, s, V = np.linalg.svd(block / np.sqrt(np.outer(floor, floor)))

@@ -38,6 +38,8 @@ RANK = 1e-10
 """Singular values below this, relative to the largest, are zero but for rounding."""
 FEATHER = 1e-6
 """Least mass of a body in the metric of that, relative to the heaviest."""
+LEFT = 1e-5
+"""Of the pivots of bodies that hardly resist: below this, softness would be rounding."""
 SHARE = 1e-5
 """Equations with a smaller share in a state of self-stress take no part in it."""
 MIXTURES = 8
@@ -75,14 +77,20 @@ def mass_metric(M: sparse.csr_matrix) -> np.ndarray:
     return np.where(some, diagonal, np.exp(np.mean(np.log(diagonal[some]))) if np.any(some) else 1.0)
 
 
-def equation_scale(M: sparse.csr_matrix, G: sparse.csr_matrix) -> np.ndarray:
+def equation_scale(M: sparse.csr_matrix, G: sparse.csr_matrix, least: np.ndarray) -> np.ndarray:
     """Return the diagonal of G diag(M)^-1 G^T, (ng,): the size of the pivots of the multipliers.
 
-    An equation that nothing can move (the twist of a cable's end) has no size of its own and gets the largest.
+    Inertias are at least `least` (nu,): a body that hardly resists says nothing of the others that an equation holds
+    but for the digits that its pivots leave them. An equation that nothing can move (the twist of a cable's end) has no
+    size of its own and gets the largest.
     """
-    inverse = 1.0 / mass_metric(M)
+    metric = mass_metric(M)
     rows, entries = _beyond_rounding(G)
-    scale = np.bincount(rows, weights=entries * entries * inverse[G.indices], minlength=G.shape[0])
+
+    def sizes(inertia: np.ndarray) -> np.ndarray:
+        return np.bincount(rows, weights=entries * entries / inertia[G.indices], minlength=G.shape[0])
+
+    scale = np.maximum(sizes(np.maximum(metric, least)), LEFT * sizes(metric))
     return np.where(scale > 0.0, scale, np.max(scale, initial=0.0) or 1.0)
 
 

@@ -11,11 +11,15 @@ import numpy as np
 
 from flexmb.told import tell
 
-__all__ = ["warn_of_needles", "without_needles"]
+__all__ = ["least_inertia", "longest_arms", "warn_of_needles", "without_needles"]
 
 SLENDER = 1e-3
 """Least radius of gyration in the metric, relative to the length of the assembly and to the body's greatest; also the
 assembly's least length relative to that radius."""
+BLUNT = 1e-2
+"""Least radius of gyration, relative to the arms of joints, with which equations that close loops are judged."""
+FEATHER = 1e-5
+"""Least mass of a body, relative to the heaviest, with which they are judged; its moments of inertia grow with it."""
 DIGITS = 1e-13
 """A moment of inertia below this, relative to the mass times the square of an arm, has hardly a digit beside it."""
 
@@ -38,6 +42,40 @@ def without_needles(metric: np.ndarray, frames: np.ndarray, lengths: np.ndarray)
     metric[shifts] = np.maximum(metric[shifts], (SLENDER**2 * inertia / scale)[:, None])
     metric[turns] = np.maximum(metric[turns], (SLENDER**2 * np.maximum(inertia, mass * scale))[:, None])
     return metric
+
+
+def least_inertia(system) -> np.ndarray:
+    """Return the least masses and moments of inertia (nu,), kg and kg m2, with which the dependence of equations is
+    judged; 0 of velocities of no frame.
+
+    What closes a loop is condensed to multipliers by the inverse inertias of the bodies. Where a lumped mass turns with
+    1e-8 of its mass times arm squared, or a dummy part has 1e-8 of the others' mass, that is 1e8 in one direction, and
+    all other equations look dependent beside it.
+    """
+    found = np.zeros(system.nu)
+    arms = longest_arms(system.model)
+    inertias = {name: system.model.body(name).rest_inertia() for name in arms}
+    heaviest = max((mass for mass, _, _ in inertias.values()), default=0.0)
+    for name, (mass, _, moments) in inertias.items():
+        least = max(mass, FEATHER * heaviest)
+        grown = np.diag(moments) * (least / mass if mass > 0.0 else 1.0)
+        first = system.slices[name][1].start
+        found[first : first + 3] = least
+        found[first + 3 : first + 6] = np.maximum(grown, least * (BLUNT * arms[name]) ** 2)
+    return found
+
+
+def longest_arms(model) -> dict[str, float]:
+    """Return how far from its origin the farthest joint holds each body with a frame, m, by its name."""
+    bodies = {body.name: body for body in model.bodies if body.has_frame and body.n_velocities}
+    poses = {name: body.marker_poses() for name, body in bodies.items()}
+    arms = dict.fromkeys(bodies, 0.0)
+    for joint in model.joints:
+        for path in joint.resolved_markers(model):
+            name, _, marker = path.partition(".")
+            if name in bodies:
+                arms[name] = max(arms[name], float(np.linalg.norm(poses[name][marker].at)))
+    return arms
 
 
 def warn_of_needles(model) -> None:

@@ -89,6 +89,8 @@ class System:
         Joints whose reactions samplers read.
     units : (nu,), 1/m or 1
         Makes increments of velocities comparable: displacements relative to the length of the assembly, and radians.
+    least_inertia : (nu,), kg m2
+        With which equations are at least judged, by the arms of joints (`needles.least_inertia`); 0 before assembly.
     """
 
     model: Model
@@ -119,6 +121,7 @@ class System:
     rates_read: np.ndarray
     lengths: Lengths
     units: np.ndarray
+    least_inertia: np.ndarray
     switch_kinds: np.ndarray
     switch_owners: tuple[str, ...] = ()
     unlocated: tuple[str, ...] = ()

@@ -19,7 +19,7 @@ from flexmb.system.damped_accelerations import unsolved
 from flexmb.system.program import constraint_acceleration, evaluate
 from flexmb.tree.any_body.articulated import factor
 from flexmb.tree.any_body.light_points import LightPoints
-from flexmb.tree.any_body.loops import RANK, ROUNDING, add_loads, are_open, closer, mobilities, responses, stress_basis
+from flexmb.tree.any_body.loops import add_loads, are_open, closer, mobilities, responses, stress_basis
 from flexmb.tree.any_body.passes import joint_multipliers, solve
 from flexmb.tree.any_body.store import new_store
 from flexmb.tree.coordinates.unknowns import RelativeUnknowns
@@ -27,6 +27,10 @@ from flexmb.tree.spanning import Spanning, spanning_tree
 
 __all__ = ["Recursive"]
 
+EXACT = 1e-12
+"""What is left of the cut equations, relative to what there was, that is rounding."""
+CLOSED = 4
+"""Most solutions for their multipliers."""
 TURNS = 200
 """Iterations of friction by joint reactions, at most; each gains at least the factor of a coefficient of friction."""
 REFINED = 5
@@ -123,8 +127,7 @@ class Recursive(metaclass=Described):
         rubs = any(force.reads_reactions for force in system.model.forces)
         if tree.tables.i_eta[-1] > 0 and not rubs:
             a, lam = closure.refined(own, a, lam)
-        if closure.is_open(a):
-            # what a far heavier body follows looks as if it depended on other equations
+        if closure.is_open(a):  # masses that differ by so much that no digit is left
             found = solved_accelerations(system, state, work)
             if found is None:
                 raise _left_open(tree)
@@ -141,7 +144,7 @@ class _Closure:
         self.tables, self.work, self.store, self.system = tables, work, store, system
         self.values, self.mobility = np.zeros(len(tables.rows)), np.zeros(len(tables.cut_equations))
         if len(tables.cut_equations):
-            mobilities(work, tables.cut_equations, self.mobility, False)
+            mobilities(work, tables.cut_equations, system.least_inertia, self.mobility)
         self.points = LightPoints(tables, work, store, system, self.mobility)
         if len(tables.cut_equations):
             responses(tables, work, store, np.zeros(system.nu), np.zeros(system.nu), self.values)
@@ -149,11 +152,7 @@ class _Closure:
     def is_open(self, a) -> bool:
         """Do the accelerations (nu,) leave a closing equation unsatisfied?"""
         equations = self.tables.cut_equations
-        if not len(equations):
-            return False
-        usual = np.zeros(len(equations))
-        mobilities(self.work, equations, usual, True)
-        return bool(are_open(self.work, equations, usual, a))
+        return bool(len(equations) and are_open(self.work, equations, self.mobility, a))
 
     def refined(self, own, a, lam) -> tuple[np.ndarray, np.ndarray]:
         """Return accelerations and multipliers without what the elimination of modes has rounded.
@@ -179,29 +178,41 @@ class _Closure:
         a, lam = np.zeros(self.system.nu), np.zeros(self.system.ng)
         weight = 1.0 if base is None else 0.0
         _solve_all(tables, store, force, weight, a)
-        if len(tables.cut_equations):
-            error = np.zeros(self.system.ng)
-            constraint_acceleration(work, a if base is None else a + base, error)
-            points, own = self.points, error[tables.cut_equations]
-            if len(points.mass):
-                moved, cut = self._closer[0](own, force[points.velocities])
-            else:
-                moved, cut = np.zeros(0), self._closer[0](own)
-            lam[tables.cut_equations] = cut
+
+        def add(cut):
+            lam[tables.cut_equations] += cut
             add_loads(work, tables.cut_equations, cut, force)
             _solve_all(tables, store, force, weight, a)
+
+        points, left = self.points, self._left(a, base)
+        if len(points.mass):
+            moved, cut = self._closer[0](left, force[points.velocities])
+            add(cut)
             a[points.velocities] = moved
+        elif len(left):
+            first = np.abs(left).max()
+            for _ in range(CLOSED):  # once is enough but for masses that differ by many orders
+                add(self._closer[0](left))
+                left, last = self._left(a, base), np.abs(left).max()
+                if not EXACT * first < np.abs(left).max() < 0.1 * last:
+                    break
         joint_multipliers(tables, store, lam)
         if len(tables.cut_equations) and self._closer[1].shape[1]:
             scale = np.sqrt(self.system.multiplier_weights)
             lam -= self._stresses @ (self._stresses.T @ (scale * lam)) / scale
         return a, lam
 
+    def _left(self, a, base) -> np.ndarray:
+        """Return what accelerations, with those that they are added to, leave of the cut equations (nc,)."""
+        error = np.zeros(self.system.ng)
+        constraint_acceleration(self.work, a if base is None else a + base, error)
+        return error[self.tables.cut_equations]
+
     @cached_property
     def _closer(self):
         """What finds the multipliers of the cut equations, and their self-stresses."""
         if len(self.points.mass):
-            return self.points.closer(self.values, self.tables, RANK, ROUNDING)
+            return self.points.closer(self.values, self.tables)
         return closer(self.tables, self.values, self.mobility)
 
     @cached_property

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from scipy import linalg
+from scipy import linalg, optimize
 
 import flexmb as fmb
 
@@ -86,3 +86,142 @@ def test_a_flywheel_without_mass_turns_on_two_balls(mass):
 def test_a_moment_of_inertia_without_digits_is_told():
     with pytest.warns(fmb.ValidityWarning, match=r"Body 'one' has a moment of inertia of 1e-15.*arm of joint 'pin0'"):
         fmb.check(two_links(1e-15))
+
+
+BEGIN, CRANK, ROCKER, END = (np.array(p) for p in ((0, 0, 0.0), (0.1, 0, 0.3), (0.9, 0, 0.5), (0.8, 0, 0.0)))
+PINS = {"crank": (BEGIN, CRANK), "coupler": (CRANK, ROCKER), "rocker": (ROCKER, END)}
+LUMPED, MIDDLE = {"crank": 1.0, "coupler": 0.5, "rocker": 1.0}, dict.fromkeys(PINS, 0.5)
+"""Where on the way from pin to pin the centre of mass of a link is."""
+
+
+def four_bar(masses, inertia: float, centres, ball: bool = False) -> fmb.Model:
+    """Three links with moments of inertia of a share of their masses, times 1 m2."""
+    links = []
+    for mass, (name, (first, last)) in zip(masses, PINS.items(), strict=True):
+        centre = first + centres[name] * (last - first)
+        ends = {"in": fmb.Pose(tuple(first - centre), ACROSS), "out": fmb.Pose(tuple(last - centre), ACROSS)}
+        links.append(fmb.RigidBody(name, mass=mass, inertia=(mass * inertia,) * 3, at=tuple(centre), markers=ends))
+    joints = {
+        "A": ("ground.A", "crank.in"),
+        "B": ("crank.out", "coupler.in"),
+        "C": ("coupler.out", "rocker.in"),
+        "D": ("rocker.out", "ground.D"),
+    }
+    return fmb.Model(
+        bodies=[fmb.Ground(markers={"A": fmb.Pose(tuple(BEGIN), ACROSS), "D": fmb.Pose(tuple(END), ACROSS)}), *links],
+        joints=[(fmb.Spherical if ball and n == "C" else fmb.Revolute)(n, markers=p) for n, p in joints.items()],
+        gravity=(0, 0, -9.81),
+        sensors=[fmb.Position("place", marker="coupler.out"), fmb.Reaction("reaction", joint="A")],
+    )
+
+
+def places(angle: float, centres) -> np.ndarray:
+    """Return x, z and tilt (3, 3) of the links: the coupler's end is on circles about the crank's pin and the hinge."""
+    arm, coupler, rocker = (np.linalg.norm(last - first) for first, last in PINS.values())
+    pin = arm * np.array([np.cos(angle), np.sin(angle)])
+    across = END[[0, 2]] - pin
+    d = np.linalg.norm(across)
+    along = (coupler**2 - rocker**2 + d**2) / (2 * d)
+    up = np.array([-across[1], across[0]]) / d
+    end = pin + along * across / d + np.sqrt(coupler**2 - along**2) * up
+    ways = zip(centres.values(), (np.zeros(2), pin, end), (pin, end, END[[0, 2]]), strict=True)
+    return np.array([(*(a + share * (b - a)), np.arctan2(*(b - a)[::-1])) for share, a, b in ways])
+
+
+def lagrange(angle: float, masses, inertia: float, centres) -> tuple[float, float]:
+    """Return the moment of gravity about the crank's angle, N m, and the inertia of all links for it, kg m2."""
+    h = 1e-5
+    speeds = (places(angle + h, centres) - places(angle - h, centres)) / (2 * h)
+    squares = speeds[:, 0] ** 2 + speeds[:, 1] ** 2 + inertia * speeds[:, 2] ** 2
+    return -9.81 * float(masses @ speeds[:, 1]), float(masses @ squares)
+
+
+DRAWN = float(np.arctan2(CRANK[2], CRANK[0]))
+LINKS = [
+    *(((mass,) * 3, share, LUMPED) for share in (1e-8, 1e-11, 1e-13, 0.0) for mass in (1.0, 1e-9)),
+    *(
+        (masses, 0.02, MIDDLE)
+        for light in (1e-7, 1e-9, 1e-12)
+        for masses in ((light, 1, 1), (1, light, 1), (1, 1, light))
+    ),
+    ((1.0, 1e-9, 1e-9), 0.02, MIDDLE),
+]
+
+
+@pytest.mark.parametrize("ball", [False, True])
+@pytest.mark.parametrize(("masses", "share", "centres"), LINKS)
+def test_loops_of_lumped_masses_and_dummy_parts(masses, share, centres, ball):
+    """A rocker with its mass at its hinge, or of 1e-9 of the others' mass, hardly resists, and the loop closes."""
+    model = four_bar(masses, share, centres, ball)
+    assert fmb.check(model).mobility == 1
+    moment, whole = lagrange(DRAWN, np.array(masses), share, centres)
+    for formulation in (fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive()):
+        found = fmb.accelerations(model, formulation=formulation)
+        np.testing.assert_allclose(-found["crank"][4], moment / whole, rtol=1e-5, err_msg=str(formulation))
+
+
+INTEGRATORS = (
+    fmb.GeneralizedAlpha(rtol=1e-8),
+    fmb.IDA(rtol=1e-8),
+    fmb.Implicit(rtol=1e-8),
+    fmb.Explicit(rtol=1e-8, formulation=fmb.Recursive()),
+)
+STEADY = fmb.Explicit(rtol=1e-10, formulation=fmb.NullSpace())
+
+
+@pytest.mark.parametrize("mass", [1.0, 1e-9])
+def test_loops_of_lumped_masses_in_motion(mass):
+    """One motion and one reaction by all integrators, also for masses that no other body gives a size."""
+    exact = fmb.simulate(four_bar((1.0,) * 3, 0.0, LUMPED), 0.3, samples=4, integrator=STEADY)
+    for share in (1e-9, 1e-12, 0.0):
+        for integrator in INTEGRATORS:
+            run = fmb.simulate(four_bar((mass,) * 3, share, LUMPED), 0.3, samples=4, integrator=integrator)
+            what = f"{share}, {integrator}"
+            np.testing.assert_allclose(run["place"], exact["place"], atol=2e-6, err_msg=what)
+            np.testing.assert_allclose(run["reaction"] / mass, exact["reaction"], atol=5e-3, err_msg=what)
+
+
+@pytest.mark.parametrize("ball", [False, True])
+@pytest.mark.parametrize("masses", [(1.0, 1e-9, 1.0), (1.0, 1.0, 1e-9), (1e-9, 1.0, 1.0)])
+def test_loops_with_dummy_parts_in_motion(masses, ball):
+    """A part of 1e-9 of the others' mass changes nothing: one motion and one reaction by all integrators."""
+    exact = fmb.simulate(four_bar(masses, 0.02, MIDDLE), 0.3, samples=4, integrator=STEADY)
+    for integrator in INTEGRATORS:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            run = fmb.simulate(four_bar(masses, 0.02, MIDDLE, ball), 0.3, samples=4, integrator=integrator)
+        np.testing.assert_allclose(run["place"], exact["place"], atol=2e-6, err_msg=str(integrator))
+        np.testing.assert_allclose(run["reaction"][:, :3], exact["reaction"][:, :3], atol=5e-3, err_msg=str(integrator))
+
+
+@pytest.mark.parametrize("masses", [(1.0, 1e-9, 1.0), (1.0, 1.0, 1e-9), (1e-9, 1.0, 1.0), (1.0, 1e-12, 1.0)])
+def test_equilibrium_and_frequency_with_dummy_parts(masses):
+    """A spring at the crank: the angle at which it holds the links, and how they swing, by Lagrange's equation."""
+    stiffness, m = 50.0, np.array(masses)
+    model = four_bar(masses, 0.02, MIDDLE)
+    held = fmb.Model(
+        bodies=model.bodies,
+        joints=model.joints,
+        forces=[fmb.TorsionSpring("spring", joint="A", stiffness=stiffness)],
+        gravity=model.gravity,
+        sensors=model.sensors,
+    )
+
+    def unbalanced(angle: float) -> float:
+        return lagrange(angle, m, 0.02, MIDDLE)[0] - stiffness * (angle - DRAWN)
+
+    angle = optimize.brentq(unbalanced, DRAWN - 0.3, DRAWN + 0.3, xtol=1e-12)
+    slope = (unbalanced(angle + 1e-4) - unbalanced(angle - 1e-4)) / 2e-4
+    expected = np.sqrt(-slope / lagrange(angle, m, 0.02, MIDDLE)[1]) / (2.0 * np.pi)
+    rest = fmb.statics(held)
+    pin = places(angle, {**MIDDLE, "coupler": 1.0})[1, :2]
+    np.testing.assert_allclose(rest["place"][-1][[0, 2]], pin, atol=1e-8)
+    np.testing.assert_allclose(fmb.linearize(held, about=rest).frequencies, [expected], rtol=1e-5)
+    # the dummy part a thousand times heavier weighs nothing still
+    grown = four_bar([max(x, 1e-6) for x in masses], 0.02, MIDDLE)
+    beside = fmb.statics(
+        fmb.Model(
+            bodies=grown.bodies, joints=grown.joints, forces=held.forces, gravity=held.gravity, sensors=held.sensors
+        )
+    )
+    np.testing.assert_allclose(rest["reaction"][-1], beside["reaction"][-1], atol=1e-4)

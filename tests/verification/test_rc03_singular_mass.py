@@ -30,6 +30,7 @@ def equations(case, x) -> Equations:
         velocity=np.zeros(1),
         position=np.zeros(1),
         weight=np.ones(1),
+        least_inertia=np.zeros(3),
     )
 
 

@@ -207,7 +207,7 @@ class Descent:
         if not self.system.redundant:
             return
         system, nu, L, G = self.system, self.system.nu, self.tangent.L, self.tangent.G
-        metric = mass_metric(self.tangent.M)
+        metric = np.maximum(mass_metric(self.tangent.M), system.least_inertia)
         soft = SOFT * np.max(abs(G).power(2) @ (1.0 / metric)) * system.multiplier_weights
         try:
             factor = splu(sparse.bmat([[sparse.diags(metric), -L], [G, sparse.diags(soft)]], format="csc"))
@@ -235,7 +235,8 @@ class Descent:
         self.foreseen, rest = None, np.concatenate([self.force, self.g])
         for _ in range(CUTS):
             try:
-                factor = splu(saddle(tangent.M / self.step**2 + moving, tangent.L, tangent.G, 1e-12))
+                least = self.system.least_inertia / self.step**2
+                factor = splu(saddle(tangent.M / self.step**2 + moving, tangent.L, tangent.G, 1e-12, least))
             except RuntimeError:  # exactly singular: more inertia helps
                 self.step *= 0.5
                 return False

@@ -129,7 +129,7 @@ class Run:
             # equations that contradict each other yield more: what they leave open must not become a large multiplier
             misfit = max((max(gap) for gap in system.misfits.values()), default=0.0)
             motion, position = max(YIELDING, 0.01 * misfit), OPEN if misfit else YIELDING
-            scale = equation_scale(equations.M, equations.G)
+            scale = equation_scale(equations.M, equations.G, system.least_inertia)
             yielding[0] = motion * scale
             if not system.misfits:
                 carry = np.setdiff1d(np.arange(system.ng), system.redundant)

@@ -124,7 +124,7 @@ def first_frequencies(model: Model, count: int = 6, *, about: Any = None) -> Fir
     driven = driven_accelerations(system, rest, work)
     rest.a[:], rest.lam[:] = rest.a - driven[0], rest.lam - driven[1]
     tangent = tangent_at(system, rest, work)
-    scale = sparse.diags(1.0 / np.sqrt(mass_metric(tangent.M)))
+    scale = sparse.diags(1.0 / np.sqrt(np.maximum(mass_metric(tangent.M), system.least_inertia)))
     kept = np.setdiff1d(np.arange(system.ng), system.redundant)
     K = (scale @ (tangent.K + tangent.M @ adjoint(system, rest.a)) @ scale).tocsr()
     M, L, G = (scale @ tangent.M @ scale).tocsr(), (scale @ tangent.L[:, kept]).tocsr(), (tangent.G[kept] @ scale)

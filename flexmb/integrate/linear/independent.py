@@ -40,16 +40,16 @@ class Independent(NamedTuple):
         return self.N @ self.Q
 
 
-def _with_states(of, level: np.ndarray, rank: float, states: int) -> Independent:
+def _with_states(of, level: np.ndarray, rank: float, least: np.ndarray, states: int) -> Independent:
     """Return the independent coordinates of the bodies, then the states, which no constraint restricts."""
     n = len(of.M) - states
     bodies = of._replace(M=of.M[:n, :n], L=of.L[:n], G=of.G[:, :n], S=of.S[:, :n])
-    own, unit = independent(bodies, level, rank), np.eye(states)
+    own, unit = independent(bodies, level, rank, least[:n]), np.eye(states)
     F = np.zeros_like(unit)
     return Independent(*(block_diag(x, y) for x, y in zip(own, (unit, unit, F, unit), strict=True)))
 
 
-def independent(of, level: np.ndarray, rank: float, states: int = 0) -> Independent:
+def independent(of, level: np.ndarray, rank: float, least: np.ndarray, states: int = 0) -> Independent:
     """Return the independent coordinates of `Coefficients`, scaled by inertias.
 
     Parameters
@@ -59,12 +59,14 @@ def independent(of, level: np.ndarray, rank: float, states: int = 0) -> Independ
         1 for equations of velocities.
     states : int
         How many of the velocities, the last ones, are first-order states: they are coordinates z by their integrals.
+    least : (nu,)
+        Inertias by which they are at least scaled: beside a body that hardly resists others would not count.
     rank : float
         Singular values below this, relative to the largest, count as zero.
     """
     if states:
-        return _with_states(of, level, rank, states)
-    scale = 1.0 / np.sqrt(mass_metric(csr_matrix(of.M)))
+        return _with_states(of, level, rank, least, states)
+    scale = 1.0 / np.sqrt(np.maximum(mass_metric(csr_matrix(of.M)), least))
     places, rates = of.G[level == 0] * scale, of.G[level == 1] * scale
     N = null_space(places, rcond=rank) if len(places) else np.eye(len(scale))
     P = null_space((of.L * scale[:, None]).T, rcond=rank) if of.L.shape[1] else np.eye(len(scale))

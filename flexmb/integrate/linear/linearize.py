@@ -242,7 +242,8 @@ def linearize(
     shared_reactions_act(system, state, state.lam[None])
     rank = DEPENDENT if system.redundant else RANK  # axes parallel but for the digits of a mesh
     states = int(np.sum(system.is_state))
-    bases = partial(independent, level=system.program.equation_level, rank=rank, states=states)
+    level, least = system.program.equation_level, system.least_inertia
+    bases = partial(independent, level=level, rank=rank, least=least, states=states)
     observer = constant_observer(system, state, motion, own, bases)
     balance = partial(imbalance, system, state, work, motion, own.K.diagonal())
     if told := CHANGE_WITH_TIME if observer is None else balance(observer.velocity):

@@ -176,7 +176,7 @@ def signal_slopes(system, state, port: InputPort | NamedInput, outputs: list[Out
     follows = np.zeros(system.nu)
     if np.any(gap):
         tangent = tangent_at(system, state, system.workspace())
-        scale = 1.0 / np.sqrt(mass_metric(csr_matrix(tangent.M)))
+        scale = 1.0 / np.sqrt(np.maximum(mass_metric(csr_matrix(tangent.M)), system.least_inertia))
         follows = -scale * np.linalg.lstsq(tangent.G.toarray() * scale, gap, rcond=None)[0]
     none = np.zeros(system.nu)
     size = _size(system, follows) if np.any(follows) else 0.0

@@ -52,9 +52,12 @@ class SteadyMotion:
     spins: Mapping[str, np.ndarray]
 
 
-def saddle(block, L, G, epsilon: float) -> sparse.csc_matrix:
-    """Return [[block, -L], [G, -r]]; r, a share of G diag(block)^-1 G^T, keeps dependent equations solvable."""
-    r = epsilon * (abs(G).power(2) @ (1.0 / mass_metric(block)))
+def saddle(block, L, G, epsilon: float, least=0.0) -> sparse.csc_matrix:
+    """Return [[block, -L], [G, -r]]; r, a share of G diag(block)^-1 G^T, keeps dependent equations solvable.
+
+    The diagonal is taken as at least `least` (nu,): a body that hardly resists would make all equations soft.
+    """
+    r = epsilon * (abs(G).power(2) @ (1.0 / np.maximum(mass_metric(block), least)))
     r = np.maximum(r, 1e-6 * np.max(r, initial=0.0))
     return sparse.bmat([[block, -L], [G, -sparse.diags(r)]], format="csc")
 

@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.tree.any_body.loops import independent_values
+
 __all__ = ["LightPoints"]
 
 LIGHT = 1e-3
@@ -46,13 +48,14 @@ class LightPoints:
         mass[mass <= ROUNDED * diagonal] = 0.0
         gradient = _gradients(tables.cut_equations, work, first)
         felt = np.einsum("npj,npj->np", gradient, gradient)
-        others = mobility - felt @ (1.0 / diagonal)
+        mobile = np.divide(1.0, diagonal, out=np.zeros(len(first)), where=diagonal > 0.0)
+        others = mobility - felt @ mobile
         others[others <= ROUNDED * mobility] = 0.0
         light = self._light(mass, felt, others)
         self.velocities = (first[light][:, None] + np.arange(3)).ravel()
         self.mass = np.repeat(mass[light], 3)
         self.gradient = gradient[:, light].reshape(len(mobility), len(self.mass))
-        self.mobility = others + felt[:, ~light] @ (1.0 / diagonal[~light])
+        self.mobility = others + felt[:, ~light] @ mobile[~light]
         if np.any(light):
             # an equation between such points only is as soft as the others
             usual = np.max(self.mobility, initial=0.0) or 1.0
@@ -71,7 +74,7 @@ class LightPoints:
         usual = np.median(seen[seen > 0.0]) if np.any(seen > 0.0) else 0.0
         return np.any(touched, axis=0) & (mass * usual < LIGHT)
 
-    def closer(self, values, tables, rank: float, rounding: float):
+    def closer(self, values, tables):
         """Return what finds the accelerations (np,) of the points and the multipliers (nc,), and self-stresses (nc, k).
 
         `values` are what multipliers do by way of the other bodies (see `responses`). What is returned takes what the
@@ -90,7 +93,7 @@ class LightPoints:
             [[np.diag(self.mass * of_a**2), -G.T], [G, of_lam[:, None] * W * of_lam]],
         )
         U, s, Vt = np.linalg.svd(matrix)
-        kept = int(np.sum(s > max(rank * s[0], rounding)))
+        kept = independent_values(s)
 
         def solved(error: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             right = np.concatenate([of_a * force, -of_lam * error])

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu
 from flexmb.math.kernel import inner_kernel, kernel
 from flexmb.tree.any_body.passes import joint_multipliers, solve
 
-__all__ = ["add_loads", "are_open", "closer", "mobilities", "responses", "stress_basis"]
+__all__ = ["add_loads", "are_open", "closer", "independent_values", "mobilities", "responses", "stress_basis"]
 
 RANK = 1e-7
 """Singular values of the scaled closing equations below this, relative to the largest, count as dependence.
@@ -21,8 +21,11 @@ They are squares of the values of G: near a singular position a smaller bound tu
 explicit methods follow with ever smaller steps. Tried on two four-bars that pass a line within 1 s: at 1e-8 144 steps
 and 4e-5 J of energy lost, at 1e-7 91 steps and 1e-8 J, at 1e-6 no better, at 1e-5 2e-7 J.
 """
+USUAL = 10.0
+"""A singular value beyond this is that of a body which hardly resists, and no measure for the others."""
 ROUNDING = 1e-13
-"""The same, relative to free bodies: where all closing equations are dependent, the largest is rounding as well."""
+"""The same, relative to free bodies: where all closing equations are dependent, the largest is rounding as well. Also
+relative to the largest value, whatever its size."""
 DENSE = 400
 """Number of cut equations up to which they are solved by singular values."""
 OPEN = 1e-3
@@ -90,10 +93,9 @@ def responses(tables, work, store, force, a, values):
 
 
 @kernel
-def mobilities(work, equations, out, alike):
-    """Write about what a unit multiplier of each equation does to it between free bodies: the scale of rounding.
-
-    alike : as if the mass of each body were one
+def mobilities(work, equations, least, out):
+    """Write about what a unit multiplier of each equation does to it between free bodies, whose inertias are at least
+    `least` (nu,).
     """
     for n in range(len(equations)):
         row = work.equations[equations[n]]
@@ -101,19 +103,19 @@ def mobilities(work, equations, out, alike):
         for m in range(row.leg, row.leg + row.legs):
             leg = work.legs[m]
             marker = work.markers[leg.marker]
-            mass = work.S[work.rows[marker.iu]] if alike and marker.nu > 0 else 1.0
             for j in range(marker.nu):
                 x = 0.0
                 for k in range(6):
                     x += leg.gradient[k] * work.J[marker.iJ + k * marker.nu + j]
-                out[n] += mass * x * x / work.S[work.rows[marker.iu + j] + j]
+                inertia = max(least[marker.iu + j], work.S[work.rows[marker.iu + j] + j])
+                out[n] += x * x / inertia if inertia > 0.0 else 0.0  # a point without mass: see LightPoints
 
 
 @kernel
 def are_open(work, equations, usual, a):
     """Is one of the equations not satisfied by the accelerations a (nu,), beyond rounding and singular positions?
 
-    usual : (nc,) mobilities between bodies of one mass, which make equations comparable
+    usual : (nc,) mobilities, which make equations comparable
     """
     left, terms, most = np.zeros(len(equations)), np.zeros(len(equations)), 0.0
     for n in range(len(equations)):
@@ -136,6 +138,11 @@ def are_open(work, equations, usual, a):
     return bool(np.any(np.abs(left) > np.maximum(OPEN * terms, NOISE * most)))
 
 
+def independent_values(s: np.ndarray) -> int:
+    """Return how many singular values, in falling order, are those of independent equations."""
+    return int(np.sum(s > max(RANK * min(s[0], USUAL), ROUNDING * max(s[0], 1.0))))
+
+
 def closer(tables, values, mobility) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
     """Return what finds the multipliers (nc,) that remove errors of the cut equations (nc,), and self-stresses (nc, k).
 
@@ -148,7 +155,7 @@ def closer(tables, values, mobility) -> tuple[Callable[[np.ndarray], np.ndarray]
     matrix = sparse.diags(scale) @ matrix @ sparse.diags(scale)
     if nc <= DENSE:
         U, s, Vt = svd(matrix.toarray())
-        rank = int(np.sum(s > max(RANK * s[0], ROUNDING)))
+        rank = independent_values(s)
         pushed, moved = scale[:, None] * Vt[:rank].T / s[:rank], U[:, :rank].T * scale
         return lambda error: -pushed @ (moved @ error), scale[:, None] * Vt[rank:].T
     factors = splu((matrix + SHIFT * sparse.eye(nc)).tocsc())

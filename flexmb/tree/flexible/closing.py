@@ -7,11 +7,9 @@ stiffening by accelerations and interfaces c = b. Theory, eq. (bend-closure).
 
 from __future__ import annotations
 
-import numpy as np
-
 from flexmb.math.kernel import inner_kernel
 from flexmb.math.tables import pointer_kernel
-from flexmb.tree.rigid.closing import CLEAR, RANK, ROUNDING, leave, pass_on, weight, wrench_at
+from flexmb.tree.rigid.closing import RANK, ROUNDING, leave, pass_on, wrench_at
 from flexmb.tree.rigid.link_tree import PASS, SPREAD, call_spread
 from flexmb.tree.rigid.places import BALL, BEND, FRAME, MOUNT, SINGLE
 
@@ -150,32 +148,14 @@ def _responses(tree, work):
 
 
 @inner_kernel
-def _weight(tree, k, link):
-    """Return by what the mobility at a joint or of modes is multiplied to tell of geometry alone: see `weight`."""
-    row, wide_of = tree.rows[k], tree.flexible.wide_of[k]
-    if link.kind == BEND:
-        return link.mass
-    if link.kind <= 0 or link.driven == 1:
-        return 1.0
-    if wide_of < 0:
-        return weight(link, row, (row.M[0], row.M[3], row.M[5]))
-    P = tree.flexible.wide[wide_of].P
-    return weight(link, row, (P[3, 3], P[4, 4], P[5, 5]))
-
-
-@inner_kernel
-def _mobilities(tree, alike):
-    """Write the mobility matrix: its lower half and diagonal to A, the upper half to `upper`, by columns.
-
-    alike : as if all inertias had the same mass
-    """
+def _mobilities(tree):
+    """Write the mobility matrix: its lower half and diagonal to A, the upper half to `upper`, by columns."""
     c, flexible = tree.closing, tree.flexible
     c.A[:] = 0.0
     flexible.upper[:] = 0.0
     for k in range(len(tree.links)):
         link = tree.links[k]
         size = link.modes if link.kind == BEND else max(link.kind, 0)
-        one = _weight(tree, k, link) if alike else 1.0
         for i in range(c.start_meet[k], c.start_meet[k + 1]):
             n, p = c.equation[i], c.meet[i]
             at = c.row[n] - c.first[n]
@@ -185,23 +165,23 @@ def _mobilities(tree, alike):
                 for m in range(size):
                     x += flexible.rows[p + m] * c.give[q + m]
                     y += flexible.rows[q + m] * c.give[p + m]
-                c.A[at + c.equation[j]] += one * x
-                flexible.upper[at + c.equation[j]] += one * y
+                c.A[at + c.equation[j]] += x
+                flexible.upper[at + c.equation[j]] += y
 
 
-@inner_kernel
-def _decompose(c, U, usual, rank, told):
-    """Factorise the matrix, L d U, in its profile; return if a pivot is neither one nor rounding: see `factorise`.
+@pointer_kernel(PASS)
+def factorising(tree, work):
+    """Write the mobility matrix of the cut equations and factorise it, L d U, in its profile; both have unit diagonals.
 
-    Both factors have unit diagonals. Equations that depend on others get the pivot zero, and no multiplier.
+    Equations that depend on others get the pivot zero, and no multiplier.
     """
-    doubt = False
-    most = 1.0
-    if told == 0:
-        most = 0.0
-        for i in range(len(c.equations)):
-            most = max(most, abs(c.A[c.row[i] + i - c.first[i]]) / usual[i])
-    least = max(rank * most, ROUNDING)
+    c, U = tree.closing, tree.flexible.upper
+    _responses(tree, work)
+    _mobilities(tree)
+    most = 0.0
+    for i in range(len(c.equations)):
+        most = max(most, abs(c.A[c.row[i] + i - c.first[i]]) / c.mobility[i])
+    least = max(RANK * min(most, 1.0), ROUNDING)
     for i in range(len(c.equations)):
         at, low = c.row[i] - c.first[i], c.first[i]
         for j in range(low, i):
@@ -219,25 +199,8 @@ def _decompose(c, U, usual, rank, told):
                 c.L[at + j], U[at + j] = x / c.d[j], y / c.d[j]
             else:
                 c.L[at + j], U[at + j] = 0.0, 0.0
-        good = abs(pivot) > least * usual[i] and (told == 0 or c.d[i] != 0.0)
-        doubt = doubt or (not good and abs(pivot) > ROUNDING * usual[i])
-        c.d[i] = pivot if good else 0.0
-    return doubt
-
-
-@pointer_kernel(PASS)
-def factorising(tree, work):
-    """Write the mobility matrix of the cut equations and factorise it, as for rigid links: see `factorise` there."""
-    c, U = tree.closing, tree.flexible.upper
-    _responses(tree, work)
-    _mobilities(tree, False)
-    if _decompose(c, U, c.mobility, RANK, 0):
-        c.x[:] = np.abs(c.d)
-        _mobilities(tree, True)
-        _decompose(c, U, c.alike, CLEAR, 0)
-        c.d[:] = np.abs(c.d) + c.x
-        _mobilities(tree, False)
-        _decompose(c, U, c.mobility, 0.0, 1)
+        own = abs(c.A[at + i])
+        c.d[i] = pivot if abs(pivot) > max(least * c.mobility[i], ROUNDING * own) else 0.0
 
 
 @inner_kernel

@@ -20,25 +20,13 @@ from flexmb.math.structures import FloatRows, Floats, Integers, structure
 from flexmb.tree.rigid.passes import solve_factor
 from flexmb.tree.rigid.places import BALL, BEND, FRAME, SINGLE
 
-__all__ = [
-    "CLEAR",
-    "Closing",
-    "add_multipliers",
-    "closing",
-    "factorise",
-    "leave",
-    "pass_on",
-    "solve_multipliers",
-    "weight",
-    "wrench_at",
-]
+__all__ = ["Closing", "add_multipliers", "closing", "factorise", "leave", "pass_on", "solve_multipliers", "wrench_at"]
 
 RANK = 1e-7
-"""Pivots below this part of the largest entry count as dependence, all relative to free bodies: see `loops.RANK`."""
+"""Pivots below this part of the largest entry, or of 1, count as dependence, all relative to free bodies: see
+`loops.RANK`. Entries beyond 1 are those of bodies that hardly resist (`needles.least_inertia`), and no measure."""
 ROUNDING = 1e-13
-"""The same where all equations are dependent."""
-CLEAR = 1e-5
-"""Pivots above this part between bodies of one mass are no dependence; near singular positions they are smaller."""
+"""The same where all equations are dependent; also of an equation's own entry."""
 
 
 @structure
@@ -49,8 +37,6 @@ class Closing(NamedTuple):
     """(nc,) their numbers"""
     mobility: Floats
     """(nc,) what each does between free bodies, about"""
-    alike: Floats
-    """(nc,) the same between bodies of one mass"""
     start: Integers
     """(nc + 1,) first link on the way of each to the roots"""
     link: Integers
@@ -83,11 +69,8 @@ class Closing(NamedTuple):
     """(nc,) right side, multipliers"""
 
 
-def closing(links, marks, equations, legs, mobility, alike) -> Closing:
-    """Return the tables of cut equations (nc,), which act on the markers of `legs`.
-
-    mobility, alike : (nc,) of bodies as they are, and of bodies of one mass
-    """
+def closing(links, marks, equations, legs, mobility) -> Closing:
+    """Return the tables of cut equations (nc,), which act on the markers of `legs`, with their mobilities (nc,)."""
     link_of = {int(mark["marker"]): int(mark["link"]) for mark in marks}
     acting: dict[int, list[int]] = {int(e): [] for e in equations}
     for leg in legs:
@@ -115,7 +98,6 @@ def closing(links, marks, equations, legs, mobility, alike) -> Closing:
     return Closing(
         equations=np.asarray(equations, np.int64)[order],
         mobility=np.asarray(mobility, float)[order],
-        alike=np.asarray(alike, float)[order],
         start=start.astype(np.int64),
         link=link,
         at=at[:-1].astype(np.int64),
@@ -245,27 +227,14 @@ def _responses(tree, c, work):
             W[:] = 0.0
 
 
-@inner_kernel
-def weight(link, row, masses):
-    """Return by what the mobility at a joint is multiplied to tell of geometry alone: the articulated mass there.
-
-    Of a slide that is the mobility's inverse. `masses` (3,) : of the link that has passed its inertia on
-    """
-    if link.kind == SINGLE and link.turn == 0.0:
-        return 1.0 / row.mobility
-    return max(abs(masses[0]), abs(masses[1]), abs(masses[2]))
-
-
-@inner_kernel
-def _mobilities(tree, c, alike):
-    """Write the mobility matrix of the cut equations; `alike`: as if all inertias had the same mass."""
-    links, rows = tree.links, tree.rows
+@kernel
+def factorise(tree, c, work):
+    """Write the mobility matrix of the cut equations and factorise it, L d L^T, in its profile."""
+    links = tree.links
+    _responses(tree, c, work)
     c.A[:] = 0.0
     for k in range(len(links)):
-        link, row = links[k], rows[k]
-        size, one = link.kind, 1.0
-        if alike and size > 0 and link.driven == 0:
-            one = weight(link, row, (row.M[0], row.M[3], row.M[5]))
+        size = links[k].kind
         for i in range(c.start_meet[k], c.start_meet[k + 1]):
             n, p = c.equation[i], c.meet[i]
             at = c.row[n] - c.first[n]
@@ -274,23 +243,11 @@ def _mobilities(tree, c, alike):
                 x = 0.0
                 for m in range(size):
                     x += c.push[p + m] * c.give[q + m]
-                c.A[at + c.equation[j]] += one * x
-
-
-@inner_kernel
-def _decompose(c, usual, rank, told):
-    """Factorise A, L d L^T, in its profile; return if a pivot is neither one nor rounding.
-
-    usual : (nc,) mobilities between free bodies, to which the bound `rank` belongs, relative to the largest part
-    told : 1 if d tells beforehand which equations depend on others: those have the pivot zero
-    """
-    doubt = False
-    most = 1.0
-    if told == 0:
-        most = 0.0
-        for i in range(len(c.equations)):
-            most = max(most, c.A[c.row[i] + i - c.first[i]] / usual[i])
-    least = max(rank * most, ROUNDING)
+                c.A[at + c.equation[j]] += x
+    most = 0.0
+    for i in range(len(c.equations)):
+        most = max(most, c.A[c.row[i] + i - c.first[i]] / c.mobility[i])
+    least = max(RANK * min(most, 1.0), ROUNDING)
     for i in range(len(c.equations)):
         at, low = c.row[i] - c.first[i], c.first[i]
         for j in range(low, i):
@@ -307,28 +264,7 @@ def _decompose(c, usual, rank, told):
                 pivot -= x * c.L[at + j]
             else:
                 c.L[at + j] = 0.0
-        good = pivot > least * usual[i] and (told == 0 or c.d[i] != 0.0)
-        doubt = doubt or (not good and pivot > ROUNDING * usual[i])
-        c.d[i] = pivot if good else 0.0
-    return doubt
-
-
-@kernel
-def factorise(tree, c, work):
-    """Write the mobility matrix of the cut equations and factorise it, L d L^T, in its profile.
-
-    A small pivot belongs to an equation that depends on others, or to one that a far heavier body follows. In doubt the
-    matrix decides that all bodies would have if they had the same mass. Writes to c.x.
-    """
-    _responses(tree, c, work)
-    _mobilities(tree, c, False)
-    if _decompose(c, c.mobility, RANK, 0):
-        c.x[:] = c.d
-        _mobilities(tree, c, True)
-        _decompose(c, c.alike, CLEAR, 0)
-        c.d[:] += c.x
-        _mobilities(tree, c, False)
-        _decompose(c, c.mobility, 0.0, 1)
+        c.d[i] = pivot if pivot > max(least * c.mobility[i], ROUNDING * c.A[at + i]) else 0.0
 
 
 @kernel

@@ -133,13 +133,12 @@ def link_tree(tree, chart, state, work) -> LinkTree:
     links = np.array(drawn.rows, LINK)
     mark_of = np.full(len(work.markers), -1, np.int64)
     mark_of[marks["marker"]] = np.arange(len(marks))
-    mobility, alike = np.zeros((2, len(equations)))
-    mobilities(work, equations, mobility, False)
-    mobilities(work, equations, alike, True)
+    mobility = np.zeros(len(equations))
+    mobilities(work, equations, system.least_inertia, mobility)
     require_heavy_points(tree, work, mobility)
     nx, nv = len(tree.names), len(tree.rate_names)
     blocks = int(np.sum((links["kind"] == BALL) | (links["kind"] == FRAME)))
-    loops = closing(links, marks, equations, legs, mobility, alike)
+    loops = closing(links, marks, equations, legs, mobility)
     return LinkTree(
         links=links,
         rows=np.zeros(len(links) + 1, LINK_STATE),
@@ -188,7 +187,7 @@ def no_links(system, state) -> LinkTree:
         mark_of=whole,
         states=np.zeros((0, 3), np.int64),
         gravity=none,
-        closing=closing(links, [], [], [], [], []),
+        closing=closing(links, [], [], [], []),
         flexible=new_flexible(links, [], [], Packed(), whole, 0, 0),
         chart=chart,
         program=system.program,
