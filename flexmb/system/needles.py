@@ -80,30 +80,34 @@ def longest_arms(model) -> dict[str, float]:
 
 def warn_of_needles(model) -> None:
     """Warn of bodies with a moment of inertia that is lost in the digits beside mass times arm squared."""
-    bodies = {body.name: body for body in model.bodies if body.has_frame and not body.n_vector}
-    known = {name: (*_principal(body), body.marker_poses()) for name, body in bodies.items()}
-    told = set()
+    arms = longest_arms(model)
+    bodies = [b for b in model.bodies if arms.get(b.name) and not b.n_vector]
+    masses = np.array([body.rest_inertia()[0] for body in bodies])
+    moments = np.array([body.rest_inertia()[2] for body in bodies]).reshape(-1, 3, 3)
+    bounds = DIGITS * masses * np.array([arms[body.name] for body in bodies]) ** 2
+    near = np.linalg.eigvalsh(moments)[:, 0] < bounds
+    for k in np.flatnonzero(near):
+        _warn_of(bodies[k], model)
+
+
+def _warn_of(body, model) -> None:
+    """Warn of a body if an axis with arm has a moment of inertia without digits."""
+    mass, _, inertia = body.rest_inertia()
+    moments, axes = np.linalg.eigh(inertia)
+    poses = body.marker_poses()
     for joint in model.joints:
         for path in joint.resolved_markers(model):
             name, _, marker = path.partition(".")
-            if name not in bodies or name in told:
+            if name != body.name:
                 continue
-            mass, moments, axes, places = known[name]
-            beside = mass * np.sum(np.cross(axes, places[marker].at) ** 2, axis=1)
+            beside = mass * np.sum(np.cross(axes.T, poses[marker].at) ** 2, axis=1)
             lost = (moments > 0.0) & (moments < DIGITS * beside)
             if np.any(lost):
-                told.add(name)
                 k = int(np.argmax(lost * beside))
                 tell(
-                    f"{bodies[name].title} has a moment of inertia of {moments[k]:.3g} kg m2 beside "
+                    f"{body.title} has a moment of inertia of {moments[k]:.3g} kg m2 beside "
                     f"{beside[k]:.3g} kg m2, its mass times the square of the arm of joint '{joint.name}': no digit of "
                     f"their sum knows of it, and reactions can be wrong; expected: more than {DIGITS:g} of that. Write "
                     "0 for the inertia of a lumped mass that joints hold, or use a PointMass"
                 )
-
-
-def _principal(body) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return the mass of a body, its principal moments of inertia (3,) about its origin, and their axes, in rows."""
-    mass, _, inertia = body.rest_inertia()
-    moments, axes = np.linalg.eigh(inertia)
-    return mass, moments, axes.T
+                return
