@@ -84,6 +84,8 @@ class Condensed:
         Nodes that move with interfaces of parts, and of parts of parts: no element has them.
     reach : mapping of name to float, Hz, or None
         Up to which frequency the basis of each part holds; None where it is not known.
+    errors : tuple
+        What the data of parts tell of the errors of their responses; None for a part that does not.
     """
 
     whole: Any
@@ -91,6 +93,7 @@ class Condensed:
     couplings: tuple[Any, ...] = ()
     places: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     reach: Mapping[str, float | None] = field(default_factory=dict)
+    errors: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -332,7 +332,7 @@ def _with_units(data: Data, factor: float, length: float) -> dict:
         **_lines_with_units(transfer, factor, softness, length),
         "error": [e * softness for e in transfer["error"]],
         "response": [e * softness for e in transfer["response"]],
-        "worst": transfer["worst"] * factor,
+        **{name: transfer[name] * factor for name in ("worst", "by_parts_at") if name in transfer},
         "length": transfer["length"] * length,
     }
 

@@ -171,11 +171,22 @@ def response_lines(q: dict[str, Any]) -> list[str]:
     return [
         "",
         f"Response to loads up to {t['frequencies'][-1]:.4g} Hz with {100 * t['damping']:.3g} % damping",
-        f"  error           at most {t['relative']:.2e} of the largest response, at {t['worst']:.4g} Hz",
+        f"  error           at most {t['relative']:.2e} of the largest response, at {t['worst']:.4g} Hz"
+        + (", beside the joined parts" if q["model"].get("parts") else ""),
+        *_by_parts(q, t),
         f"  response        largest at {t['frequencies'][largest]:.4g} Hz; the error is at most "
         f"{min(100.0 * share[there], 999.0):.3g} % of the response at the same frequency, at "
         f"{t['frequencies'][there]:.4g} Hz",
     ]
+
+
+def _by_parts(q: dict[str, Any], t: dict[str, Any]) -> list[str]:
+    """Say what the bases of parts add to the error of an assembly."""
+    if not q["model"].get("parts"):
+        return []
+    if "by_parts" not in t:
+        return ["  of the parts    not known: reduce them with error_up_to"]
+    return [f"  of the parts    about {t['by_parts']:.2e} of the largest response, at {t['by_parts_at']:.4g} Hz"]
 
 
 def wandering_lines(data: ModalArrays, q: dict[str, Any]) -> list[str]:

@@ -16,6 +16,7 @@ from flexmb.fem.fe_model import Condensed, FEModel
 from flexmb.model.described import check_kind
 from flexmb.model.modal_neutral_data import ModalNeutralData
 from flexmb.reduction.interfaces import Coupling
+from flexmb.reduction.part_errors import error_of_part
 from flexmb.reduction.snapshots import snapshots_of
 
 __all__ = ["assembled", "check_within"]
@@ -100,7 +101,15 @@ def assembled(
         expansion=sparse.csr_matrix(expansion),
         node_sets={**whole.node_sets, **{key: np.array([number]) for key, number in node.items()}},
         condensed=Condensed(
-            whole, stacked_fields, couplings, np.array(held), {key: _reach(*part) for key, part in parts.items()}
+            whole,
+            stacked_fields,
+            couplings,
+            np.array(held),
+            {key: _reach(*part) for key, part in parts.items()},
+            tuple(
+                error_of_part(parts[key][1].quality, dofs[columns[key]], piece.K, piece.M)
+                for key, piece in pieces.items()
+            ),
         ),
     )
 

@@ -20,6 +20,7 @@ from flexmb.told import tell
 __all__ = ["quality_numbers"]
 
 _POOR = 0.05  # relative frequency error that deserves a warning
+_OF_PARTS = 0.02  # share of the response that the bases of parts may take without a warning
 ABOVE = 1.01  # times a frequency that is to be met: three digits of it may lie below
 _HEAVIEST = 25e3  # kg/m3; osmium has 22.6e3
 _FASTEST = 20e3  # m/s; diamond has 18e3
@@ -151,12 +152,20 @@ def _of_spanned(body: HeldBody, basis: Basis, numbers: dict[str, Any]) -> list[s
 def _of_response(numbers: dict[str, Any]) -> list[str]:
     """Say where the response to loads is not met in the band that was asked for."""
     told = numbers.get("transfer")
+    found = []
+    if told is not None and told.get("by_parts", 0.0) > _OF_PARTS:
+        found.append(
+            f"The bases of the parts take {100.0 * told['by_parts']:.3g} % of the largest response, at "
+            f"{told['by_parts_at']:.4g} Hz: the bound compares with the joined parts. Reduce the parts again with more "
+            "modes."
+        )
     if told is None or told["relative"] <= _POOR:
-        return []
+        return found
     return [
+        *found,
         f"The response to loads up to {told['frequencies'][-1]:.4g} Hz may be off by {100.0 * told['relative']:.3g} % "
         f"of the largest, at {told['worst']:.4g} Hz. Take more modes, or write modes='up to "
-        f"{told['frequencies'][-1]:.4g} Hz within 1 %'; loads beside interfaces join by residual_vectors."
+        f"{told['frequencies'][-1]:.4g} Hz within 1 %'; loads beside interfaces join by residual_vectors.",
     ]
 
 

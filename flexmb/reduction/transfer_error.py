@@ -17,6 +17,7 @@ from scipy.linalg import eigh
 from flexmb.errors import ReductionError
 from flexmb.reduction.error_lines import ErrorLines
 from flexmb.reduction.framed_body import FramedBody
+from flexmb.reduction.part_errors import errors_of_parts
 
 __all__ = ["REFERENCE_DAMPING", "TransferError", "transfer_error"]
 
@@ -26,6 +27,7 @@ BEYOND = 2.0
 """Modes are known up to this many times the band: the others are amplified by less than 1 / (1 - 1/4) = 1.33."""
 MOST_FREEDOMS = 24
 """Interface freedoms up to which errors are kept with their phases: their number grows with the square."""
+_SLOWEST = 1e-4  # share of the band: at rest the rigid motion has no bound
 _CALM = 2.0
 """Dynamic over static response, or over that of a free mass, up to which it counts as no resonance."""
 MOST_LOADS = 48
@@ -54,6 +56,8 @@ class TransferError:
         What these leave above the band, as if it moved at rest: other modes may amplify it.
     ahead : float, Hz
         From which on these modes lie.
+    by_parts : (n,), m/N, or None
+        What the bases of parts add in an assembly, an estimate; None where it is not known. `kept` has it.
     damping : float
         Fraction of critical damping of all resonances, as hysteresis.
     length : float, m
@@ -68,6 +72,7 @@ class TransferError:
     beyond: ErrorLines | None
     rest: ErrorLines | None
     ahead: float
+    by_parts: np.ndarray | None
     damping: float
     length: float
 
@@ -91,10 +96,18 @@ class TransferError:
             "response": self.response.tolist(),
             "by_input": self.by_input.tolist(),
             "relative": self.relative,
+            **self._of_parts(),
             "worst": self.worst,
             "damping": self.damping,
             "length": self.length,
         }
+
+    def _of_parts(self) -> dict[str, Any]:
+        if self.by_parts is None:
+            return {}
+        largest = int(np.argmax(self.by_parts))
+        share = float(self.by_parts[largest] / self.response.max()) if self.response.max(initial=0.0) > 0.0 else 0.0
+        return {"by_parts": share, "by_parts_at": float(self.frequencies[largest])}
 
     def _above_the_band(self, beyond: ErrorLines, rest: ErrorLines) -> dict[str, Any]:
         """Return what is kept above the band; JSON has no infinite numbers: None stands for no modes ahead."""
@@ -126,6 +139,10 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
         between = _between_largest(frequencies, np.array([lines[f].error for f in frequencies.tolist()]))
         lines |= {f: bound.at(f) for f in between}
     ordered = [lines[f] for f in sorted(lines)]
+    by_parts = _by_parts(framed, shapes, bound, np.array(sorted(lines)))
+    kept = _kept(framed, np.array(sorted(lines)), ordered)
+    if by_parts is not None and kept is not None and kept.matrix is not None:
+        kept = replace(kept, matrix=kept.matrix + by_parts)
     above = _lines_above(limit, zeta, bound, own_w2)
     beyond = [bound.above(f) for f in above.tolist()]
     return TransferError(
@@ -133,13 +150,35 @@ def transfer_error(framed: FramedBody, shapes: np.ndarray, limit: float, damping
         np.array([line.error for line in ordered]),
         np.array([line.response for line in ordered]),
         np.array([line.alone[: framed.at_interfaces] for line in ordered]),
-        _kept(framed, np.array(sorted(lines)), ordered),
+        kept,
         _kept(framed, above, beyond),
         _kept(framed, above, [replace(line, estimate=line.rest) for line in beyond]),
         float(np.sqrt(bound.ahead) / (2.0 * np.pi)),
+        None if by_parts is None else np.linalg.norm(by_parts, 2, axis=(1, 2)),
         zeta,
         framed.body.length,
     )
+
+
+def _by_parts(framed: FramedBody, shapes: np.ndarray, bound: _Bound, frequencies: np.ndarray) -> np.ndarray | None:
+    """Return what the bases of parts add to the response to forces on interfaces, (n, k, k); None if it is not known.
+
+    The body moves with its rigid inertia as well, whose forces parts pass on to each other.
+    """
+    body, k = framed.body, framed.at_interfaces
+    fe = body.fe
+    if fe.condensed is None or not k or not fe.condensed.errors or None in fe.condensed.errors:
+        return None
+    parts, load = fe.condensed.errors, framed.inputs[:, :k]
+    rigid = body.rigid @ np.linalg.solve(body.rigid_mass, body.rigid.T @ load)
+    found = []
+    for hertz in frequencies.tolist():
+        w2 = (2.0 * np.pi * max(hertz, _SLOWEST * frequencies[-1])) ** 2
+        answer = np.linalg.solve(bound.loss * bound.K - w2 * bound.M, bound.F[:, :k].astype(complex))
+        found.append(
+            errors_of_parts(parts, fe.dofs, shapes @ answer - rigid / w2, np.sqrt(w2) / (2.0 * np.pi), bound.loss)
+        )
+    return np.array(found)
 
 
 def _kept(framed: FramedBody, frequencies: np.ndarray, lines: list[_Line]) -> ErrorLines | None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh, null_space
 
-__all__ = ["elastic_and_rigid", "held_frequency"]
+__all__ = ["elastic_and_rigid", "held_frequency", "motion_by_forces"]
 
 HELD = 1e-9
 """Motion of held freedoms, relative to the largest, that is rounding."""
@@ -40,6 +40,43 @@ def _freedoms(data: Any) -> np.ndarray:
         turn = length * np.hstack([np.zeros((3, 3)), np.eye(3), data.marker_rotations[number]])
         rows.append(np.vstack([move, turn])[row["freedoms"]])
     return np.vstack(rows)
+
+
+def motion_by_forces(
+    data: Any, frequencies: np.ndarray, forces: np.ndarray, loads: np.ndarray, spin: np.ndarray
+) -> float:
+    """Return the mean square of the elastic motion of interface freedoms, m2, that loads make.
+
+    Parameters
+    ----------
+    forces, loads, spin : (n, k), (n, nl), (n, 6)
+        Amplitudes of forces on interface freedoms, of load shapes, and of the fields of spin (`acting_loads`).
+    """
+    loss = 1.0 + 2j * data.quality["transfer"]["damping"]
+    mass, stiffness = _matrices(data)
+    w2, modes = eigh(stiffness, mass)
+    freedoms = _freedoms(data)
+    given = forces @ freedoms + loads @ data.load_shapes + spin @ _centrifugal(data)
+    swing = (given @ modes[:, 6:]) / (loss * w2[6:] - (2.0 * np.pi * frequencies[:, None]) ** 2)
+    return float(np.sum(np.abs(swing @ (freedoms @ modes[:, 6:]).T) ** 2))
+
+
+def _centrifugal(data: Any) -> np.ndarray:
+    """Return the generalised forces (6, 6 + m) of the symmetric acceleration fields A x: xx, yy, zz, xy, yz, zx.
+
+    With A = w w^T - w^2 I they are -m A c, -w x J w and, of the flexible coordinates, w^T J_j w / 2.
+    """
+    inertia, found = data.invariants, []
+    first = inertia.vw0
+    moment = np.array([first[1, 2], first[2, 0], first[0, 1]])  # m c, of -m c~
+    for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)):
+        A = np.zeros((3, 3))
+        A[i, j] = A[j, i] = 1.0
+        square = A - 0.5 * np.trace(A) * np.eye(3)  # w w^T
+        turned = square @ inertia.ww0
+        torque = np.array([turned[1, 2] - turned[2, 1], turned[2, 0] - turned[0, 2], turned[0, 1] - turned[1, 0]])
+        found.append(np.concatenate([-A @ moment, -torque, 0.5 * np.einsum("ab,jab->j", square, inertia.ww1)]))
+    return np.array(found)
 
 
 def held_frequency(data: Any, held: np.ndarray) -> float:

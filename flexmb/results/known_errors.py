@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["KnownErrors", "Lines", "acting_loads", "known_errors", "left_out"]
+__all__ = ["KnownErrors", "Lines", "acting_loads", "fields_of_spin", "known_errors", "left_out"]
 
 SPIN = 0.005
 """Square of the angular speed over the first frequency of a body from which a centrifugal load whose error is not told
@@ -160,12 +160,17 @@ def acting_loads(known: KnownErrors, loads: np.ndarray, w: np.ndarray) -> np.nda
     loads : (nt, nl)
         Amounts of the load shapes.
     w : (nt, 3), rad/s
-        Angular velocity in body axes; its field is A = w w^T - w^2 I.
+        Angular velocity in body axes.
     """
+    fields = fields_of_spin(w)
+    return np.hstack([loads[:, : loads.shape[1] if known.loads else 0], fields[:, : 6 if known.spin else 0]])
+
+
+def fields_of_spin(w: np.ndarray) -> np.ndarray:
+    """Return the components xx, yy, zz, xy, yz, zx of A = w w^T - w^2 I, (nt, 6), of an angular velocity (nt, 3)."""
     x, y, z = w.T
     square = x**2 + y**2 + z**2
-    field = np.column_stack([x**2 - square, y**2 - square, z**2 - square, x * y, y * z, z * x])
-    return np.hstack([loads[:, : loads.shape[1] if known.loads else 0], field[:, : 6 if known.spin else 0]])
+    return np.column_stack([x**2 - square, y**2 - square, z**2 - square, x * y, y * z, z * x])
 
 
 def left_out(known: KnownErrors, data: Any, loads: np.ndarray, w: np.ndarray, turning: float) -> str:
@@ -178,6 +183,8 @@ def left_out(known: KnownErrors, data: Any, loads: np.ndarray, w: np.ndarray, tu
         names = [name for name, amount in zip(data.load_names, loads.T) if np.any(amount)]
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         found.append(f"the load '{names[0]}'{more}")
+    if data.quality["model"].get("parts") and "by_parts" not in data.quality["transfer"]:
+        found.append("what the bases of its parts leave out")
     rate = float(np.sqrt(np.mean(np.sum(w**2, axis=1))))
     softest = 2.0 * np.pi * float(data.frequencies.min(initial=np.inf))
     if not known.spin and rate**2 > SPIN * softest**2:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from flexmb.results.body_response import elastic_and_rigid, held_frequency
-from flexmb.results.known_errors import KnownErrors, acting_loads, known_errors, left_out
+from flexmb.results.body_response import elastic_and_rigid, held_frequency, motion_by_forces
+from flexmb.results.known_errors import KnownErrors, acting_loads, fields_of_spin, known_errors, left_out
 from flexmb.results.solution import Solution
 
 __all__ = ["RunError", "run_errors"]
@@ -37,6 +37,8 @@ HELD = 1e-3
 STIFFER = 3.0
 """Margin per square of the angular speed over the lowest frequency of a body as it is held, beside 1: the estimate is
 that of a body at rest, whose stiffness spin changes; squared where the body has geometric stiffness."""
+EXPLAINED = (1.0 / 3.0, 2.0)
+"""Elastic motion that the forces at the samples make, over that of the run: beyond, they are not those that made it."""
 LARGEST = 10.0
 """Error over the elastic motion that is told at most: what has no motion at all has no number."""
 LINES = 2000
@@ -134,8 +136,12 @@ def _of_body(phase: Any, series: Any, body: Any, data: Any, within: float) -> Ru
     known = known_errors(data.quality["transfer"])
     others = acting_loads(known, loads, spin)
     places = [6 * k + f for k, row in enumerate(data.quality["interfaces"]) for f in row["freedoms"]]
-    frequencies, every = _spectrum(phase.t, fading * np.hstack([forces, others]))
-    spectra = frequencies, every[:, : forces.shape[1]][:, places], every[:, forces.shape[1] :]
+    frequencies, every = _spectrum(phase.t, fading * np.hstack([forces, others, loads, fields_of_spin(spin)]))
+    forces, others, loading, fields = np.split(
+        every, np.cumsum([forces.shape[1], others.shape[1], loads.shape[1]]).tolist(), axis=1
+    )
+    spectra = frequencies, forces[:, places], others
+    explained = float(np.sqrt(motion_by_forces(data, *spectra[:2], loading, fields) / motion)) if motion > 0.0 else 1.0
     held, power = _held(reactions)[places], 2 if getattr(body, "stiffening_groups", ()) else 1
     turning = float(np.mean(np.sum(spin**2, axis=1))) / held_frequency(data, held) ** 2
     return _weighed(
@@ -146,8 +152,19 @@ def _of_body(phase: Any, series: Any, body: Any, data: Any, within: float) -> Ru
         held,
         motion,
         within,
-        (_on_ground(phase.model, body, data), max(MARGIN, (1.0 + STIFFER * turning) ** power)),
-        left_out(known, data, loads, spin, turning),
+        (_on_ground(phase.model, body, data), max(MARGIN, (1.0 + STIFFER * turning) ** power), explained),
+        _unexplained(explained) or left_out(known, data, loads, spin, turning),
+    )
+
+
+def _unexplained(explained: float) -> str:
+    """Return in words that the forces at the samples are not those that made the motion; "" where they may be."""
+    if EXPLAINED[0] <= explained <= EXPLAINED[1]:
+        return ""
+    size = f"{100.0 * explained:.2g} %" if explained < 1.0 else f"{explained:.3g} times"
+    return (
+        f"the forces at the samples make {size} of the elastic motion: they change between samples, or the body began "
+        "deformed; take more samples"
     )
 
 
@@ -227,12 +244,12 @@ def _weighed(
     held: np.ndarray,
     motion: float,
     within: float,
-    told: tuple[bool, float],
+    told: tuple[bool, float, float],
     missing: str,
 ):
     """Return the error of a body from the spectra of its forces and other loads and its mean square motion.
 
-    told : whether all joints hold it to the ground; the margin
+    told : whether all joints hold it to the ground; the margin; how much of the motion the forces explain
     """
     frequencies, forces, _ = spectra
     power = np.sum(np.abs(forces) ** 2, axis=1)
@@ -244,6 +261,7 @@ def _weighed(
         error[~inside] = 0.0
     if not error.any():
         return None
+    unknown = max(0.0, 1.0 - told[2]) if told[2] < EXPLAINED[0] else 0.0
     motion = max(motion, error.sum() / LARGEST**2)
     share, beyond, highest = float(np.sqrt(error.sum() / motion)), 0.0, 0.0
     if total > 0.0:
@@ -253,6 +271,7 @@ def _weighed(
     if not known.above:  # nothing is known of what these do: as if they did not move the body at all
         above = float(np.sqrt(beyond))
         share = max(share, above)
+    share = max(share, unknown)
     tail = np.sqrt(np.maximum(error.sum() - np.cumsum(error), 0.0) / motion)
     enough = float(frequencies[int(np.argmax(tail <= SMALL * within))])
     return RunError(

@@ -399,3 +399,17 @@ def test_a_load_shape_that_acts_is_in_the_error(fe):
     found = run_errors(fmb.simulate(replace(model, bodies=(model.bodies[0], replace(model.bodies[1], data=data)),
                                             forces=(*model.forces, push)), 0.3, samples=901))  # fmt: skip
     assert "the load 'mid' is not in it" in str(found[0])
+
+
+@pytest.mark.parametrize(("samples", "words"), [(61, "% of the elastic motion"), (101, "times of the elastic motion")])
+def test_samples_that_miss_the_forces_are_told(fe, samples, words):
+    """A force of 400 Hz looked at every 5 ms, at its zeros, made an error of 4e-13 where 0.86 was true."""
+    data = reduction.reduce(fe, ENDS, 4, error_up_to=600.0, damping=0.02, compare=0)
+    push = fmb.PointLoad("push", marker="bar.b", force=(0.0, 0.0, fmb.harmonic(500.0, 400.0)))
+    model = fmb.Model(bodies=[fmb.Ground(), fmb.FloatingBody("bar", data=data)], forces=[push])
+    (told,) = run_errors(fmb.simulate(model, 0.3, samples=samples))
+    assert told.share > 0.86
+    assert words in str(told)
+    assert "take more samples" in told.left_out
+    (told,) = run_errors(fmb.simulate(model, 0.1, samples=401))
+    assert "samples" not in told.left_out
