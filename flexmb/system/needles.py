@@ -8,6 +8,8 @@ shift: joints in different places then look alike.
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from flexmb.told import tell
 
@@ -19,7 +21,8 @@ assembly's least length relative to that radius."""
 BLUNT = 1e-2
 """Least radius of gyration, relative to the arms of joints, with which equations that close loops are judged."""
 FEATHER = 1e-5
-"""Least mass of a body, relative to the heaviest, with which they are judged; its moments of inertia grow with it."""
+"""Least mass of a body, relative to the heaviest that joints join with it, with which they are judged; its moments of
+inertia grow with it."""
 DIGITS = 1e-13
 """A moment of inertia below this, relative to the mass times the square of an arm, has hardly a digit beside it."""
 
@@ -55,14 +58,29 @@ def least_inertia(system) -> np.ndarray:
     found = np.zeros(system.nu)
     arms = longest_arms(system.model)
     inertias = {name: system.model.body(name).rest_inertia() for name in arms}
-    heaviest = max((mass for mass, _, _ in inertias.values()), default=0.0)
+    heaviest = _heaviest(system.model, {name: mass for name, (mass, _, _) in inertias.items()})
     for name, (mass, _, moments) in inertias.items():
-        least = max(mass, FEATHER * heaviest)
+        least = max(mass, FEATHER * heaviest[name])
         grown = np.diag(moments) * (least / mass if mass > 0.0 else 1.0)
         first = system.slices[name][1].start
         found[first : first + 3] = least
         found[first + 3 : first + 6] = np.maximum(grown, least * (BLUNT * arms[name]) ** 2)
     return found
+
+
+def _heaviest(model, masses: dict[str, float]) -> dict[str, float]:
+    """Return the largest mass among the bodies that joints join with each of them, other than by the ground, kg."""
+    number = {name: k for k, name in enumerate(masses)}
+    pairs = [
+        [number[p.partition(".")[0]] for p in j.resolved_markers(model) if p.partition(".")[0] in number]
+        for j in model.joints
+    ]
+    ends = np.array([(one[0], other) for one in pairs if one for other in one[1:]], int).reshape(-1, 2).T
+    joined = sparse.csr_matrix((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(len(number), len(number)))
+    _, group = connected_components(joined, directed=False)
+    largest = np.zeros(len(number))
+    np.maximum.at(largest, group, list(masses.values()))
+    return dict(zip(masses, largest[group].tolist(), strict=True))
 
 
 def longest_arms(model) -> dict[str, float]:

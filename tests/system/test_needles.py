@@ -225,3 +225,36 @@ def test_equilibrium_and_frequency_with_dummy_parts(masses):
         )
     )
     np.testing.assert_allclose(rest["reaction"][-1], beside["reaction"][-1], atol=1e-4)
+
+
+def two_parallelograms(ship: float) -> fmb.Model:
+    """Three cranks and two couplers, which pass a line within a second, and a heavy body that floats elsewhere."""
+    pins = [np.array([float(k), 0.0, 0.0]) for k in range(3)]
+    arm = 0.5 * np.array([np.cos(0.9), 0.0, np.sin(0.9)])
+    ends = {f"crank{k}": (pins[k], pins[k] + arm) for k in range(3)}
+    ends |= {f"coupler{k}": (pins[k] + arm, pins[k + 1] + arm) for k in range(2)}
+    bodies = []
+    for name, (first, last) in ends.items():
+        half = 0.5 * (last - first)
+        places = {"in": fmb.Pose(tuple(-half), ACROSS), "out": fmb.Pose(tuple(half), ACROSS)}
+        bodies.append(fmb.RigidBody(name, mass=1.0, inertia=(0.02,) * 3, at=tuple(first + half), markers=places))
+    joints = {f"A{k}": (f"ground.{k}", f"crank{k}.in") for k in range(3)}
+    for k in range(2):
+        joints |= {f"B{k}": (f"crank{k}.out", f"coupler{k}.in"), f"C{k}": (f"coupler{k}.out", f"crank{k + 1}.out")}
+    return fmb.Model(
+        bodies=[
+            fmb.Ground(markers={str(k): fmb.Pose(tuple(pin), ACROSS) for k, pin in enumerate(pins)}),
+            *bodies,
+            fmb.RigidBody("ship", mass=ship, inertia=(ship,) * 3, at=(0, 50, 0)),
+        ],
+        joints=[fmb.Revolute(name, markers=pair) for name, pair in joints.items()],
+        gravity=(0, 0, -9.81),
+        sensors=[fmb.Position("place", marker="coupler1.out")],
+    )
+
+
+@pytest.mark.parametrize("integrator", [fmb.Explicit(formulation=fmb.Recursive()), fmb.Implicit()])
+def test_a_heavy_body_that_no_joint_joins_is_no_measure(integrator):
+    """Near a line of links, thresholds decide which equations hold: 1e9 kg elsewhere do not change them."""
+    runs = [fmb.simulate(two_parallelograms(ship), 2.0, samples=21, integrator=integrator) for ship in (1e3, 1e9)]
+    np.testing.assert_allclose(runs[0]["place"], runs[1]["place"], atol=1e-9)
