@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tree.models import chain, flexible_chain
+from tree.models import branched, chain, flexible_chain, loops, random_consistent
 from tree.pinocchio_trees import Twin
 from tree.test_flexible_links import random_tree
 from tree.test_joint_products import assert_close, random_motion
@@ -80,18 +80,29 @@ def test_rates_are_derivatives(seed):
     )
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_momenta_are_the_sums_of_those_of_the_bodies(seed):
-    """`Body.momentum` knows each body alone, about the origin of W."""
-    tree, rng = trees(seed), np.random.default_rng(seed)
-    q, v, _ = random_motion(tree, rng, 1e-2)
-    here, state, total = tree.centroid(q, v), tree.absolute(q, v), np.zeros(6)
+def assert_sum_of_bodies(tree, state, here) -> None:
+    """Compare momenta with those of the bodies, of which `Body.momentum` knows each alone, about the origin of W."""
+    total = np.zeros(6)
     for body in tree.model.bodies:
         if body.n_velocities:
             own_q, own_u = tree.system.body_slices[body.name]
             total += body.momentum(state.q[None, own_q], state.u[None, own_u])[0]
     total[3:] -= np.cross(here.position, total[:3])
     np.testing.assert_allclose(here.momentum, total, atol=1e-12 * np.abs(total).max())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_momenta_are_the_sums_of_those_of_the_bodies(seed):
+    tree, rng = trees(seed), np.random.default_rng(seed)
+    q, v, _ = random_motion(tree, rng, 1e-2)
+    assert_sum_of_bodies(tree, tree.absolute(q, v), tree.centroid(q, v))
+
+
+@pytest.mark.parametrize("make", [loops, branched])
+def test_momenta_of_closed_loops_and_of_free_bodies(make, rng):
+    system, state = random_consistent(make(), rng)
+    tree = fmb.JointTree.of(system, state)
+    assert_sum_of_bodies(tree, state, tree.centroid(tree.start))
 
 
 def test_a_floating_tree_falls_as_its_centre_of_mass(rng):
