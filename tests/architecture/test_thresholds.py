@@ -59,8 +59,8 @@ KNOWN = {
     ),
     "keeps a quotient finite": (
         "integrate/equilibria/descent.py: max(pull, 1e-30)",
-        "integrate/equilibria/descent.py: max(tolerance * self.largest, 1e-30)",
-        "integrate/equilibria/path.py: max(self.largest, 1e-30)",
+        "integrate/equilibria/descent.py: max(tolerance * self.largest, DIGITS * self.loads, 1e-30)",
+        "integrate/equilibria/path.py: max(largest, 1e-30)",
         "integrate/explicit/eighth_order.py: max(error, 1e-30)",
         "math/splines.py: square < 1e-30",
         "trust/balance.py: max(float(np.abs(u).max(initial=0.0)), 1e-30)",

@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 import flexmb as fmb
+from flexmb import fem, reduction
 from flexmb.errors import IntegrationError
+from flexmb.integrate.equilibria import descent
 from flexmb.integrate.equilibria.descent import Descent
+from flexmb.integrate.equilibria.path import EquilibriumPath, Point
+from flexmb.integrate.linear.steady import saddle, steady_motion
+from flexmb.integrate.matrices import tangent_at
 from flexmb.system import assemble_as_drawn
 
 SIDE, THICKNESS = 1.0, 0.005
@@ -125,3 +130,124 @@ def test_a_search_that_is_lost():
     assert not search.lost()
     search.unbalanced = np.nan
     assert search.lost()
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e6, 1e9])
+@pytest.mark.parametrize("stretched", [0.0, 0.1])
+def test_a_stretched_stiff_spring_at_the_start(stiffness, stretched):
+    """Beside its force any other is small; when it has gone, the weight still hangs at m g / k below."""
+    body = fmb.RigidBody("b", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(stretched, 0.3, -0.2), rotation=(0.3, 0.2, 0.1))
+    bushing = fmb.Bushing(
+        "s",
+        markers=("ground.origin", "b.center"),
+        stiffness=(stiffness, 10.0, 10.0, 0.5, 0.5, 0.5),
+        damping=np.zeros(6),
+    )
+    place = fmb.Position("place", marker="b.center")
+    model = fmb.Model(gravity=(0, 0, -9.81), bodies=[fmb.Ground(), body], forces=[bushing], sensors=[place])
+    np.testing.assert_allclose(fmb.statics(model)["place"][-1], (0.0, 0.0, -0.981), rtol=0.0, atol=1e-9)
+
+
+def hanging_bar():
+    """A bar on a hinge, beside its equilibrium."""
+    bar = fmb.RigidBody("bar", mass=1.0, inertia=(0.1, 0.1, 0.1), at=(0.3, 0.0, 0.0), markers={"a": (-0.3, 0.0, 0.0)})
+    model = fmb.Model(
+        gravity=(0, -9.81, 0),
+        bodies=[fmb.Ground(), bar],
+        joints=[fmb.Revolute("h", markers=("ground.origin", "bar.a"))],
+    )
+    return assemble_as_drawn(model)
+
+
+def test_reactions_of_a_move_that_led_nowhere_balance_nothing():
+    """Forces are compared with those at the same place, not with the largest of the search."""
+    system, start = hanging_bar()
+    search = Descent(system, start, system.workspace(), 0.0, start.q.copy(), at_rest=False, wary=False, smooth=True)
+    assert not search.balanced(1e-9)
+    search.lam = np.full(system.ng, 1e20)
+    assert not search.balanced(1e-9)
+    search.lam = np.zeros(system.ng)
+    assert not search.balanced(1e-9)
+
+
+def test_corrections_of_a_path_that_led_nowhere_balance_nothing():
+    """Likewise on a path: the hinge carries the weight at the point that is found."""
+    system, start = hanging_bar()
+    path = EquilibriumPath(system, start, 1.0, 1e-9)
+    up = np.zeros(system.nu + system.ng + 1)
+    up[-1] = 1.0
+    path._linearised(start.q, np.full(system.ng, 1e20), 0.0, up)
+    down = start.q.copy()
+    down[:7] = 0.0, -0.3, 0.0, np.sqrt(0.5), 0.0, 0.0, -np.sqrt(0.5)
+    point = path.solve(Point(down, np.zeros(system.ng), 0.0, up, 0.0), 0.0)
+    assert np.linalg.norm(point.lam[:3]) == pytest.approx(9.81, rel=1e-6)
+
+
+def test_a_search_in_which_numbers_end_is_lost(monkeypatch):
+    """It ends by name, whatever cannot be solved on the way."""
+    calls = []
+
+    def ends(*given, **known):
+        calls.append(given)
+        if len(calls) > 1:
+            raise RuntimeError("Factor is exactly singular")
+        return steady_motion(*given, **known)
+
+    monkeypatch.setattr(descent, "steady_motion", ends)
+    system, _ = hanging_bar()
+    with pytest.raises(IntegrationError, match="the search has left all bounds"):
+        fmb.statics(system.model)
+
+
+def test_how_soft_dependent_equations_are_in_any_unit_of_length():
+    """Lengths per force and angles per moment, of a hinge: a mass and an inertia count, not what a length is called."""
+    found = []
+    for length in (1.0, 1e-6, 1e6):
+        bar = fmb.RigidBody(
+            "bar",
+            mass=1.0,
+            inertia=np.full(3, 0.1 * length**2),
+            at=(0.3 * length, 0, 0),
+            markers={"a": (-0.3 * length, 0, 0)},
+        )
+        hinge = fmb.Revolute("h", markers=("ground.origin", "bar.a"))
+        system, start = assemble_as_drawn(fmb.Model(bodies=[fmb.Ground(), bar], joints=[hinge]))
+        tangent, are_lengths = tangent_at(system, start, system.workspace()), system.lengths.are_lengths
+        soft = -saddle(tangent.M, tangent.L, tangent.G, 1e-12, are_lengths).diagonal()[system.nu :]
+        found.append(soft * np.where(are_lengths, 1.0, length**2))
+    assert np.count_nonzero(are_lengths) == 3
+    np.testing.assert_allclose(found[1:], [found[0]] * 2, rtol=1e-9)
+
+
+@pytest.mark.parametrize("length", [1.0, 1e-6, 1e6])
+def test_an_arm_that_stretches_a_bar_in_any_unit_of_length(length):
+    """It turns at 0.1 rad/s with the end of a bar whose other end is held: nothing rigid satisfies all joints."""
+    ends = fmb.Ground(markers={"a": (0, 0, 0), "b": (0.4 * length, 0.4 * length, 0)})
+    tip = {"m": (0, 0.4 * length, 0)}
+    arm = fmb.RigidBody("arm", mass=1.0, inertia=np.full(3, 0.1 * length**2), markers={"o": (0, 0, 0), **tip})
+    bar = fmb.FloatingBody("bar", data=steel_bar().rescaled(length=length), at=tip["m"])
+    model = fmb.Model(
+        bodies=[ends, arm, bar],
+        joints=[
+            fmb.Revolute("hinge", markers=("ground.a", "arm.o")),
+            fmb.Drive("drive", joint="hinge", angle=fmb.expression("0.1*sin(t)")),
+            fmb.Revolute("tip", markers=("arm.m", "bar.a")),
+            fmb.Spherical("end", markers=("ground.b", "bar.b")),
+        ],
+    )
+    system, start = assemble_as_drawn(model)
+    work = system.workspace()
+    u = steady_motion(system, start, work).u
+    tangent = tangent_at(system, start, work)
+    left = (tangent.G @ u + work.equations["rate"]) / system.lengths.equations
+    assert np.abs(left).max() < 1e-6
+
+
+def steel_bar():
+    """A slender bar between its ends."""
+    fe = fem.frame(
+        points=np.column_stack([np.linspace(0.0, 0.4, 7), np.zeros((7, 2))]),
+        section=fem.Section.rectangle(0.02, 0.01),
+        material=STEEL,
+    )
+    return reduction.reduce(fe, interfaces={"a": [0], "b": [6]}, modes=3)

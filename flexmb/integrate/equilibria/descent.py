@@ -31,6 +31,10 @@ SOFT = 1e-9
 """Of the equations, where states of self-stress are looked for, relative to G diag(M)^-1 G^T."""
 LOST = 1e6
 """Largest displacement in a search, relative to the model's size; of a turn: its arc at the radius of gyration."""
+DIGITS = 1e-15
+"""Of the forces where a search begins, what is left may be their rounding."""
+NEAR = 1e-9
+"""Displacement that forces which are small beside those of the start may still make, relative to the model's size."""
 REFINED = 50
 """Most corrections of multipliers of least norm."""
 _PLACE = ("q", "x", "lam", "now", "motion", "tangent", "force", "g", "unbalanced")
@@ -54,7 +58,7 @@ class Descent:
     ):
         self.at_rest, self.wary, self.smooth = at_rest, wary, smooth
         self.system, self.work, self.t, self.q = system, work, t, q
-        self.size = system.lengths.whole
+        self.size, self.lengths = system.lengths.whole, system.lengths.are_lengths
         self.extent, _ = extents(system, start, work)
         self.states, self.x, self.held = system.is_state, start.u[system.is_state], held
         self.per_extent = np.where(self.states, 0.0, 1.0 / self.extent)
@@ -62,6 +66,7 @@ class Descent:
         self.lam = np.zeros(system.ng)
         self.path: list[tuple[np.ndarray, ...]] = []
         self.step, self.first, self.unbalanced, self.largest = 0.0, 0.0, np.inf, 0.0
+        self.met = self.loads = 0.0  # the largest force on the way so far, and out of balance where it begins
         self.before: dict[str, Any] = {}
         self.foreseen: tuple | None = None
         self.softest = np.random.default_rng(0).standard_normal((system.nu, min(3, system.nu)))
@@ -73,25 +78,33 @@ class Descent:
             self.__dict__.update(self.before)
             self.step *= 0.1
             return False
-        self.now, self.motion = now, steady_motion(self.system, now, self.work, known=self.at_rest)
+        try:
+            self.now, self.motion = now, steady_motion(self.system, now, self.work, known=self.at_rest)
+        except RuntimeError:  # singular: numbers that end on the way
+            if not self.path:
+                raise
+            self.unbalanced = np.nan
+            return False
         now.u[:], now.a[:] = self.motion.u, self.motion.a
         self.tangent = self._of_states(tangent_at(self.system, now, self.work))
         keep_branches(self.system.program, self.work, self.q)
         self.force, self.g = self.work.residual.copy(), self.work.equations["g"].copy()
         self.force[self.states] *= not self.held
         before, self.unbalanced = self.unbalanced, self._greatest(self.force * self.per_extent)
-        if self.wary and self.path and not self.unbalanced <= max(30.0 * before, self.largest):
+        if self.wary and self.path and not self.unbalanced <= max(30.0 * before, self.met):
             self.__dict__.update(self.before)
             self.step *= 0.1
             self.wary = self.step > 1e-9 * self.first
             return False
         reactions = abs(self.tangent.L) @ np.abs(self.lam)
+        # of this place alone: beside the reactions of a move that led nowhere, or the force of a spring that was
+        # stretched at the start, any force is small
         self.largest = max(
-            self.largest,
-            self._greatest(reactions * self.per_extent),
+            self._greatest(np.maximum(reactions, self._from_markers()) * self.per_extent),
             self._inertia(np.where(self.states, 0.0, now.u)),
-            self.unbalanced if not self.path else 0.0,
         )
+        self.loads = self.loads if self.path else self.unbalanced
+        self.met = max(self.met, self.largest, self.loads)
         self.path.append((self.q.copy(), now.u, now.a, self.lam.copy()))
         if len(self.path) == 1:
             # first pseudo time: the unbalanced forces may move the model by a hundredth of its size
@@ -103,7 +116,11 @@ class Descent:
         return (
             self._greatest(self.g) <= 1e-9 * self.size
             and self._settled(tolerance)
-            and (self.unbalanced <= max(tolerance * self.largest, 1e-30) or self._rounded(before))
+            and (
+                self.unbalanced <= max(tolerance * self.largest, DIGITS * self.loads, 1e-30)
+                or self._rounded(before)
+                or (self.unbalanced <= tolerance * self.loads and self._moves_no_more())
+            )
         )
 
     def lost(self) -> bool:
@@ -183,6 +200,27 @@ class Descent:
             made = np.maximum(made, np.abs(self.work.residual - self.force))
         return bool(np.all((np.abs(self.force) <= 10.0 * made)[~self.states]))
 
+    def _moves_no_more(self) -> bool:
+        """Are the unbalanced forces, small beside those of the start, also small beside all stiffnesses that count?
+
+        Where no force is left, as between springs that have come to their lengths, displacements tell. Motions that the
+        unbalanced force would take a million model sizes away are free.
+        """
+        tangent, least = self.tangent, self.system.least_inertia
+        free = self._greatest(self.force * self.extent / np.maximum(mass_metric(tangent.M), least)) / (LOST * self.size)
+        block = tangent.M * free + self._moving()
+        try:
+            factor = splu(saddle(block, tangent.L, tangent.G, 1e-12, self.lengths, least * free))
+        except RuntimeError:
+            return False
+        x = factor.solve(-np.concatenate([self.force, self.g]))[: self.system.nu]
+        return bool(self._greatest(x * self.extent) <= NEAR * self.size)
+
+    def _moving(self):
+        """Return the stiffness; the velocities of a steady motion turn with the bodies."""
+        tangent, motion = self.tangent, self.motion
+        return tangent.K + tangent.D @ motion.turning + tangent.M @ motion.centripetal
+
     def _magnitudes(self) -> np.ndarray:
         """Return the size of the numbers (nu,) that are rounded: the model's, or of nodes their vectors themselves."""
         magnitudes = self.size * self.per_extent
@@ -196,6 +234,16 @@ class Descent:
         """Return the size of the inertia forces of a steady motion: they cancel where a rotor is balanced."""
         rate = self._greatest(u * self.extent) / self.size
         return rate * self._greatest((abs(self.tangent.M) @ np.abs(u)) * self.per_extent)
+
+    def _from_markers(self) -> np.ndarray:
+        """Return the largest force (nu,) that the wrench on one marker puts on each freedom."""
+        forces = np.zeros(self.system.nu)
+        for marker in self.work.markers:
+            nu, iu, iJ = int(marker["nu"]), int(marker["iu"]), int(marker["iJ"])
+            if nu and marker["wrench"].any():
+                J = self.work.J[iJ : iJ + 6 * nu].reshape(6, nu)
+                forces[iu : iu + nu] = np.maximum(forces[iu : iu + nu], np.abs(J.T @ marker["wrench"]))
+        return forces
 
     def share_multipliers(self) -> None:
         """Give the multipliers of dependent equations least norm.
@@ -229,14 +277,12 @@ class Descent:
     def advance(self) -> bool:
         """Move by one iteration, at most three tenths of the model's size; never done by itself."""
         self.before = {name: getattr(self, name) for name in _PLACE}
-        # the velocities of a steady motion turn with the bodies
-        tangent, motion = self.tangent, self.motion
-        moving = tangent.K + tangent.D @ motion.turning + tangent.M @ motion.centripetal
+        tangent, motion, moving = self.tangent, self.motion, self._moving()
         self.foreseen, rest = None, np.concatenate([self.force, self.g])
         for _ in range(CUTS):
             try:
-                least = self.system.least_inertia / self.step**2
-                factor = splu(saddle(tangent.M / self.step**2 + moving, tangent.L, tangent.G, 1e-12, least))
+                block, least = tangent.M / self.step**2 + moving, self.system.least_inertia / self.step**2
+                factor = splu(saddle(block, tangent.L, tangent.G, 1e-12, self.lengths, least))
             except RuntimeError:  # exactly singular: more inertia helps
                 self.step *= 0.5
                 return False

@@ -95,7 +95,7 @@ class EquilibriumPath:
         nu, ng = self.system.nu, self.system.ng
         q, lam, t = self._moved(base.q, base.lam, base.t, s * base.tangent)
         for iteration in range(ITERATIONS):
-            matrix, rest = self._linearised(q, lam, t, base.tangent)
+            matrix, rest, here = self._linearised(q, lam, t, base.tangent)
             if not np.all(np.isfinite(rest)):
                 return None
             try:
@@ -106,9 +106,12 @@ class EquilibriumPath:
             gap = np.max(np.abs(rest[nu : nu + ng]), initial=0.0)
             step = factor.solve(-rest)
             stride = np.max(np.abs(step[:nu] * self.extent)) / self.size
-            balanced = force <= self.tolerance * max(self.largest, 1e-30) and gap <= 1e-9 * self.size
+            # of this place and the points found: reactions of corrections that led nowhere would balance any force
+            largest = max(self.largest, here)
+            balanced = force <= self.tolerance * max(largest, 1e-30) and gap <= 1e-9 * self.size
             # stiff parts: what is left of their forces is what rounding the positions makes
-            if balanced or (stride <= 1e-13 and force <= 1e2 * self.tolerance * self.largest):
+            if balanced or (stride <= 1e-13 and force <= 1e2 * self.tolerance * largest):
+                self.largest = largest
                 keep_branches(self.system.program, self.work, q)
                 tangent = factor.solve(np.append(np.zeros(nu + ng), 1.0))
                 return Point(q, lam, t, tangent / self.length(tangent), _sign(factor), iteration)
@@ -187,7 +190,7 @@ class EquilibriumPath:
         return np.concatenate([self.work.residual, self.work.equations["g"]])
 
     def _linearised(self, q, lam, t, tangent):
-        """Return the bordered matrix and the residual, with a zero for the plane."""
+        """Return the bordered matrix, the residual with a zero for the plane, and the largest reaction or load."""
         h = 1e-4 * self.span
         later = self._residual(q, lam, t + h)
         K, L, G = stiffness_at(self.system, self.system.state(t, q, u=np.zeros(self.system.nu), lam=lam), self.work)
@@ -195,11 +198,7 @@ class EquilibriumPath:
         slope = (later - rest) * (self.span / h)
         nu = self.system.nu
         reactions = abs(L) @ np.abs(lam)
-        self.largest = max(
-            self.largest,
-            np.max(reactions / self.extent, initial=0.0),
-            np.max(np.abs(slope[:nu] / self.extent), initial=0.0),
-        )
+        forces = np.maximum(reactions, np.abs(slope[:nu])) / self.extent
         soft = 1e-12 * (abs(G).power(2) @ (1.0 / self._stiffness(K)))
         soft = np.maximum(soft, 1e-6 * np.max(soft, initial=0.0))
         border = sparse.csr_matrix(self.metric * tangent)
@@ -212,7 +211,7 @@ class EquilibriumPath:
             ],
             format="csc",
         )
-        return matrix, np.append(rest, 0.0)
+        return matrix, np.append(rest, 0.0), float(np.max(forces, initial=0.0))
 
     def _stiffness(self, K) -> np.ndarray:
         """Return the size of the diagonal of K (nu,), with a floor: rounding in it is no softness, and an equation

@@ -66,7 +66,8 @@ def statics(
     path : ArcLength or LoadSteps, optional
         By arc length past limit points, or in equal load steps up to the first of them.
     tolerance : float
-        Largest unbalanced force relative to the largest applied, elastic or (of a steady motion) inertia force.
+        Largest unbalanced force relative to the largest applied, elastic or (of a steady motion) inertia force in the
+        equilibrium. Where none is left there, relative to the largest at the start, if it moves nothing any more.
     iterations : int
     state : Solution or Instant, optional
         Where to begin; by default the assembled start.

@@ -29,5 +29,6 @@ def driven_accelerations(system, state, work, b: np.ndarray | None = None) -> tu
     if not np.any(b):
         return np.zeros(system.nu), np.zeros(system.ng)
     right = np.concatenate([np.zeros(system.nu), b])
-    found = splu(saddle(equations.M, equations.L, equations.G, SHARED, equations.least_inertia)).solve(right)
+    are_lengths, least = system.lengths.are_lengths, equations.least_inertia
+    found = splu(saddle(equations.M, equations.L, equations.G, SHARED, are_lengths, least)).solve(right)
     return found[: system.nu], found[system.nu :]

@@ -25,6 +25,8 @@ HINGED, MOVING = 1e-4, 1e-9
 """Weight of the relative motion in joints, and of the kinetic energy, beside the ends of springs."""
 FITTED = 1e-6
 """Weight of the relative motion of bodies where their velocities are known."""
+STILL = 1e-18
+"""Square of what rounding leaves of a gradient, relative to others in any unit of length: the turn of a cable's end."""
 STEADY = 1e-6
 """Acceleration of a constraint that counts as zero, relative to a point turning at the size of the model."""
 
@@ -52,14 +54,20 @@ class SteadyMotion:
     spins: Mapping[str, np.ndarray]
 
 
-def saddle(block, L, G, epsilon: float, least=0.0) -> sparse.csc_matrix:
+def saddle(block, L, G, epsilon: float, are_lengths: np.ndarray, least: np.ndarray | float = 0.0) -> sparse.csc_matrix:
     """Return [[block, -L], [G, -r]]; r, a share of G diag(block)^-1 G^T, keeps dependent equations solvable.
 
-    The diagonal is taken as at least `least` (nu,): a body that hardly resists would make all equations soft.
+    An equation that moves nothing has a share of the largest r. Equations of lengths and of angles (`are_lengths`,
+    (ng,)) have their own largest, if they have one: else the unit of length decides how soft one makes the other. The
+    diagonal is taken as at least `least` (nu,): a body that hardly resists would make all equations soft.
     """
     r = epsilon * (abs(G).power(2) @ (1.0 / np.maximum(mass_metric(block), least)))
-    r = np.maximum(r, 1e-6 * np.max(r, initial=0.0))
-    return sparse.bmat([[block, -L], [G, -sparse.diags(r)]], format="csc")
+    largest = np.full(len(r), np.max(r, initial=0.0))
+    for kind in (are_lengths, ~are_lengths):
+        own = np.max(r[kind], initial=0.0)
+        if own > STILL * np.max(r, initial=0.0):
+            largest[kind] = own
+    return sparse.bmat([[block, -L], [G, -sparse.diags(np.maximum(r, 1e-6 * largest))]], format="csc")
 
 
 class _RigidMotions:
@@ -214,20 +222,21 @@ def _driven(system, tangent, motions: _RigidMotions, metric, rate: np.ndarray) -
     """Return the velocity (nu,) that satisfies G u + rate = 0, rigid if that is possible."""
     B, M = motions.B, tangent.M / motions.largest_mass(tangent.M)
     kinetic = MOVING * (B.T @ M @ B) + 1e-3 * MOVING * sparse.identity(B.shape[1])
-    y = _least_motion(metric + kinetic, kinetic, tangent.G @ B, rate)
+    sizes, are_lengths = system.lengths.equations, system.lengths.are_lengths
+    y = _least_motion(metric + kinetic, kinetic, tangent.G @ B, rate, are_lengths)
     u = B @ y
-    if np.max(np.abs(tangent.G @ u + rate)) > 1e-6 * np.max(np.abs(rate)):
-        u = _least_motion(M, 0.0 * M, tangent.G, rate)
+    if np.max(np.abs(tangent.G @ u + rate) / sizes) > 1e-6 * np.max(np.abs(rate) / sizes):
+        u = _least_motion(M, 0.0 * M, tangent.G, rate, are_lengths)
     return u
 
 
-def _least_motion(weight, kinetic, G, rate: np.ndarray) -> np.ndarray:
-    """Return y with G y + rate = 0 of least weight.
+def _least_motion(weight, kinetic, G, rate: np.ndarray, are_lengths: np.ndarray) -> np.ndarray:
+    """Return y with G y + rate = 0 of least weight; `are_lengths` as in `saddle`.
 
     From sweep to sweep, the kinetic part refers to the change. So it only decides where the rest leaves a choice, and
     the regularisation of dependent equations yields to the multipliers.
     """
-    matrix = saddle(weight, G.T, G, 1e-12)
+    matrix = saddle(weight, G.T, G, 1e-12, are_lengths)
     factor, x = splu(matrix), np.zeros(matrix.shape[0])
     n = weight.shape[0]
     soft = matrix.diagonal()[n:]
