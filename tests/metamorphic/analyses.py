@@ -45,6 +45,8 @@ FORMULATIONS = {
     "tree": fmb.Recursive,
 }
 ANALYSES = (*INTEGRATORS, *FORMULATIONS, "statics", "linearize")
+OF_DRIVEN = ("kinematics",)
+"""What takes driven trees alone."""
 
 WITHOUT_TIME = (*FORMULATIONS, "linearize")
 """What looks at the start as described."""
@@ -72,9 +74,11 @@ def _of_sensors(solution: fmb.Solution, seen: Seen) -> dict[str, np.ndarray]:
 
 def analysed(model: fmb.Model, how: str, seen: Seen = PLAIN, end: float = END) -> dict[str, np.ndarray]:
     """Return results of an analysis by name, in plain metres, kilograms and seconds."""
+    begin = seen.t * seen.time
+    times = begin + np.linspace(0.0, end * seen.time, SAMPLES)
+    if how == "kinematics":
+        return _of_sensors(fmb.kinematics(model, float(times[-1]), t_start=begin, samples=times), seen)
     if how in INTEGRATORS:
-        begin = seen.t * seen.time
-        times = begin + np.linspace(0.0, end * seen.time, SAMPLES)
         solution = fmb.simulate(
             model, float(times[-1]), t_start=begin, samples=SAMPLES, integrator=INTEGRATORS[how](seen)
         )

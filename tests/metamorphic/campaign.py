@@ -17,7 +17,7 @@ import warnings
 from collections.abc import Iterator
 
 import numpy as np
-from metamorphic.analyses import ANALYSES, INTEGRATORS, WITHOUT_TIME, analysed, worst_difference
+from metamorphic.analyses import ANALYSES, INTEGRATORS, OF_DRIVEN, WITHOUT_TIME, analysed, worst_difference
 from metamorphic.extras import KINDS_AND_PLATES
 from metamorphic.flexible_trees import flexible_tree
 from metamorphic.limits import KINDS_FOR, LIMITS
@@ -41,7 +41,7 @@ def kinds_for(how: str, extras: bool = False) -> dict:
 def drawn(seed: int, how: str, seen=PLAIN, extras: bool = False, trees: bool = False) -> fmb.Model:
     """Return the random mechanism, or flexible tree, of a seed for an analysis, as it is seen."""
     if trees:
-        return flexible_tree(seed, seen, extras=extras)
+        return flexible_tree(seed, seen, extras=extras, held=how == "statics", driven=how == "kinematics")
     return mechanism(seed, seen, **kinds_for(how, extras))
 
 
@@ -103,17 +103,18 @@ def main(arguments=None) -> int:
     """Run the campaign that the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="0:20", help="a seed, or FIRST:END")
-    parser.add_argument("--analyses", default=",".join(ANALYSES))
+    parser.add_argument("--analyses", help="all that there are, of trees those of driven ones too")
     parser.add_argument("--ways", default=",".join((*CHANGES, *RELATIONS)))
     parser.add_argument("--extras", action="store_true", help="with contacts, friction, stops, equations, attraction")
     parser.add_argument("--trees", action="store_true", help="trees and loops of reduced bodies, whole and split")
     given = parser.parse_args(arguments)
     first, _, end = given.seeds.partition(":")
     seeds = range(int(first), int(end) if end else int(first) + 1)
+    analyses = given.analyses.split(",") if given.analyses else (*ANALYSES, *(OF_DRIVEN if given.trees else ()))
     options = {"extras": given.extras, "trees": given.trees}
     tried = failed = 0
     warnings.simplefilter("ignore")
-    for what, holds, found in campaign(seeds, given.analyses.split(","), given.ways.split(","), **options):
+    for what, holds, found in campaign(seeds, analyses, given.ways.split(","), **options):
         tried += 1
         if not holds:
             failed += 1

@@ -1,5 +1,8 @@
 """Random trees of reduced bodies, whole and split, with loops: what `Recursive` takes as links in joint coordinates.
 
+Held trees have an equilibrium: a bushing at the end of every body. In driven ones drives move every freedom of a joint,
+and reduced bodies are rigid.
+
 Bodies have three interfaces with turned axes, a frame that follows the whole or an interface, loads that follow them,
 and a preload. Their meshes are written down in other axes and far from the origin, as rigid bodies are.
 """
@@ -22,6 +25,17 @@ KINDS = ("rigid", "bar", "bar", "strip", "two", "four")
 MATERIAL = fmb.Material(young=2e10, poisson=0.3, density=2700.0)
 MIDDLE = np.array([0.5 * LENGTH, 0.02, 0.0])
 PARTS = {"two": 2, "four": 4}
+DRIVEN = {
+    "Fixed": (),
+    "Revolute": ("turn",),
+    "Driven": (),
+    "Screw": ("turn",),
+    "Prismatic": ("slide",),
+    "Cylindrical": ("turn", "slide"),
+    "Planar": ("turn", "slide_x", "slide_y"),
+    "Universal": ("turn", "turn_b"),
+}
+"""Freedoms of joints that take as many drives."""
 PRESSURE = 5.0
 """N, what the load of a strip amounts to."""
 
@@ -74,6 +88,14 @@ def pieces(axes: bytes, number: int) -> tuple[fmb.ModalNeutralData, ...]:
 class FlexibleTrees(Builder):
     """Draws the random numbers of a flexible tree, and writes it down as it is seen."""
 
+    def __init__(self, seed: int, seen: Seen = PLAIN, *, held: bool = False, driven: bool = False, **how):
+        super().__init__(seed, seen, **how)
+        self.held, self.driven, self.more = held, driven, np.random.default_rng([seed, 5])
+
+    def signal(self, value: float, swing: float, rate: float, size: float):
+        """Return a signal as that of a mechanism; what holds a tree stands still."""
+        return super().signal(value, 0.0 if self.held else swing, rate, size)
+
     def data(self, made, *more):
         """Return reduced data in the axes and units in which the mechanism is seen."""
         s = self.seen
@@ -99,7 +121,7 @@ class FlexibleTrees(Builder):
         name = s.name(name)
         if kind in PARTS:
             parts = self.data(pieces, PARTS[kind])
-            bodies = fmb.FloatingBody.split(name, parts, damping=damping, **placed)
+            bodies = fmb.FloatingBody.split(name, parts, damping=damping, rigid=self.driven, **placed)
             first, last = bodies[0].name, bodies[-1].name
             markers = {"start": f"{first}.start", "end": f"{last}.end"}
             bodies = [b.replaced(markers={k: own[k] for k in own if k in b.data.marker_names}) for b in bodies]
@@ -108,7 +130,15 @@ class FlexibleTrees(Builder):
             return markers, places
         data = self.data(strip) if kind == "strip" else self.data(bar, frame)
         self.bodies.append(
-            fmb.FloatingBody(name, data=data, damping=damping, markers=own, geometric_stiffness=groups, **placed)
+            fmb.FloatingBody(
+                name,
+                data=data,
+                damping=damping,
+                markers=own,
+                geometric_stiffness=groups,
+                rigid=self.driven,
+                **placed,
+            )
         )
         if kind == "strip":
             amount = self.signal(0.5 * PRESSURE, PRESSURE, 30.0, 1.0)  # data in other units count it as before
@@ -119,6 +149,7 @@ class FlexibleTrees(Builder):
         """Add a body to the ground, or to a marker of another one, that it carries by any of its markers."""
         rng, s = self.rng, self.seen
         kind, joint = str(rng.choice(self.kinds)), str(rng.choice(JOINTS))
+        joint = "Fixed" if self.driven and joint not in DRIVEN else joint
         name = f"body{number}"
         place, B, A, C = rng.normal(size=3) * 0.2, turn(rng), turn(rng), turn(rng)
         first = None
@@ -139,12 +170,44 @@ class FlexibleTrees(Builder):
         if first is None:
             first = self.ground_marker(f"m{number}", place, B)
         pair = (first, markers[begin])
-        if number > 1 or rng.random() < 0.8:  # now and then the first one floats
-            self.joint(joint, f"joint{number}", pair if rng.random() < 0.7 else pair[::-1])
+        if number > 1 or rng.random() < 0.8 or self.driven:  # now and then the first one floats
+            turned = rng.random() >= 0.7
+            self.joint(joint, f"joint{number}", pair[::-1] if turned else pair)
+            if self.driven:
+                self.drive(joint, f"joint{number}", turned)
         far = "end" if begin == "start" else "start"
         self.tips.append((markers[far], places[far], C))
         self._watch(name, markers[far])
         self._load(number, markers[far], places[far])
+        if self.held:
+            self.hold(number, markers[far], places[far], C)
+
+    def drive(self, kind: str, joint: str, turned: bool) -> None:
+        """Let all freedoms of a joint move as they are told, from where it is drawn."""
+        s = self.seen
+        for freedom in DRIVEN[kind]:
+            swing, rate = float(self.more.uniform(-0.4, 0.4)), float(self.more.uniform(5.0, 15.0))
+            name = s.name(f"{joint}_{freedom}")
+            if freedom.startswith("turn"):
+                start = 0.0
+                if kind == "Universal":  # from an x-axis to a z-axis, which alone is turned back after a reflection
+                    start = (0.5 if freedom == "turn" else -0.5) * (turned == (freedom == "turn")) + s.mirror
+                move = {"angle": self.signal(start * np.pi, swing, rate, 1.0)}
+            else:
+                side = -1.0 if s.mirror and freedom == "slide" else 1.0
+                move = {"displacement": self.signal(0.0, side * 0.2 * swing, rate, s.length)}
+            self.joints.append(fmb.Drive(name, joint=s.name(joint), freedom=freedom, **move))
+            self.sensors.append(fmb.Reaction(f"{name} reaction", joint=name))
+
+    def hold(self, number: int, marker: str, place, axes) -> None:
+        """Let a bushing to the ground hold the end of a body."""
+        s = self.seen
+        at = self.ground_marker(f"hold{number}", place + 0.02 * self.more.normal(size=3), axes)
+        along, about = (400.0, 500.0, 600.0), (20.0, 25.0, 30.0)
+        stiffness = [*(k * s.force / s.length for k in along), *(k * s.energy for k in about)]
+        name = s.name(f"bushing{number}")
+        self.forces.append(fmb.Bushing(name, markers=(at, marker), stiffness=stiffness, damping=np.zeros(6)))
+        self.sensors.append(fmb.ForceOf(f"{name} force", force=name))
 
     def _watch(self, name: str, marker: str) -> None:
         self.sensors.append(fmb.Position(self.seen.name(f"{name} place"), marker=marker))
@@ -187,7 +250,7 @@ class FlexibleTrees(Builder):
         """Return a tree of so many bodies, in half of the cases with a loop, with a seed with contacts and the like."""
         for number in range(1, count + 1):
             self.grow(number)
-        if self.rng.random() < 0.5:
+        if self.rng.random() < 0.5 and not self.driven:
             self.close()
         if seed is not None:
             self.tips = [(f" {marker.removeprefix(self.seen.prefix)}", place) for marker, place, _ in self.tips]
@@ -195,7 +258,9 @@ class FlexibleTrees(Builder):
         return self.model(0)
 
 
-def flexible_tree(seed: int, seen: Seen = PLAIN, *, kinds=KINDS, extras: bool = False) -> fmb.Model:
+def flexible_tree(
+    seed: int, seen: Seen = PLAIN, *, kinds=KINDS, extras: bool = False, held: bool = False, driven: bool = False
+) -> fmb.Model:
     """Return the random flexible tree of a seed as it is seen; the same for the same seed."""
     count = int(np.random.default_rng(seed).integers(1, 5))
-    return FlexibleTrees(seed, seen, kinds=kinds).tree(count, seed if extras else None)
+    return FlexibleTrees(seed, seen, kinds=kinds, held=held, driven=driven).tree(count, seed if extras else None)

@@ -12,6 +12,8 @@ LIMITS = {
     "linearize": 1e-4,
     # an iteration that ends at unbalanced forces of 1e-9, in softness of up to 1e3
     "statics": 1e-4,
+    # constraints satisfied to 1e-11, then linear equations
+    "kinematics": 1e-6,
     # equal steps: the tolerance of Newton's iteration
     "steps": 1e-4,
     # other steps for other rounding: what these tolerances leave after 0.1 s

@@ -14,6 +14,8 @@ from metamorphic.mechanisms import mechanism
 from metamorphic.relations import apart
 from metamorphic.seen import CHANGES
 
+import flexmb as fmb
+
 WAYS = 3
 """Ways of each mechanism and analysis that are tried in the quick suite."""
 CASES = [
@@ -47,9 +49,12 @@ def test_ways_to_write_down_contacts_and_the_like(seed, number, how):
         assert holds, f"seed {seed}, {how}, {change}: {found}"
 
 
-@pytest.mark.parametrize(("number", "how"), [(0, "Recursive"), (1, "Recursive"), (2, "tree"), (3, "linearize")])
+OF_TREES = [*enumerate(("Recursive", "Recursive", "tree", "linearize", "statics", "kinematics"))]
+
+
+@pytest.mark.parametrize(("number", "how"), OF_TREES)
 def test_ways_to_write_down_flexible_trees(seed, number, how):
-    """Reduced bodies, whole and split, with loads that follow them, preloads and loops, as links."""
+    """Reduced bodies, whole and split, with loads that follow them, preloads and loops; held, or rigid and driven."""
     seed += 80 + number
     rng = np.random.default_rng(seed)
     plain = outcome(drawn(seed, how, trees=True), how)
@@ -66,6 +71,15 @@ def test_flexible_trees_have_everything():
     assert all(parts.count(name) > 4 for name in wanted), {name: parts.count(name) for name in wanted}
     assert sum(any(joint.name == "closing" for joint in m.joints) for m in trees) > 5
     assert sum(any("_cut_" in joint.name for joint in m.joints) for m in trees) > 10
+
+
+def test_held_and_driven_trees():
+    """Held ones have an equilibrium; nothing but drives moves driven ones, which begin where they are drawn."""
+    for seed in range(3, 9):
+        assert fmb.statics(flexible_tree(seed, held=True)).status.ok
+        found = fmb.check(flexible_tree(seed, driven=True))
+        assert found.mobility == 0
+        assert found.assembly_error < 1e-12
 
 
 def test_what_is_added_acts():
