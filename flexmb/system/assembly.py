@@ -147,7 +147,7 @@ def _assemble(system: System, state: State, work, tolerance: float) -> System:
     if not np.all(np.isfinite(g)):
         raise _runaway(system, state, work)
     if done < 0 and np.any(g > bounds):
-        raise idle_equation(system, state, work) or open_joint(system, work)
+        raise idle_equation(system, state, work) or open_joint(system, work, state.t)
     return system
 
 
@@ -181,7 +181,7 @@ def _straighten(system: System, state: State, work, drawn: State, tolerance: flo
 def _runaway(system: System, state: State, work) -> CompileError:
     """Return the error about a search that left all bounds: the described positions tell where it began."""
     evaluate(system.program, system.state(state.t), work)
-    return open_joint(system, work)
+    return open_joint(system, work, state.t)
 
 
 def _misfits(system: System, work, tolerance: float) -> dict[str, tuple[float, float]]:

@@ -28,6 +28,8 @@ ZERO = 1e-12
 """Relative to the largest: a smaller inertia counts as zero, a smaller gradient moves nothing."""
 FLAT = 1e-9
 """A gradient of an equation of the user below this, 1 or m, is none."""
+ELSEWHERE = 0.1
+"""From here on a drive begins elsewhere than the drawing: relative to the model, or rad."""
 CURVES = "OnCurve", "OnTrace", "OnPath", "OnStrip"
 """Equations that end: beyond the last point there is no residual."""
 KNOWN = 1e-8
@@ -95,8 +97,11 @@ def gaps(system: System, work) -> dict[str, tuple[float, float]]:
     return {name: (widest(span, lengths), widest(span, ~lengths)) for name, span in system.joint_equations.items()}
 
 
-def open_joint(system: System, work) -> CompileError:
-    """Return the error that names the joint that stays open most, and by how much."""
+def open_joint(system: System, work, t: float) -> CompileError:
+    """Return the error that names the joint that stays open most, and a drive that begins elsewhere than it is drawn.
+
+    t : time of the start, s.
+    """
     name, (metres, radians) = max(gaps(system, work).items(), key=lambda item: max(item[1]))
     turned = f" and {radians:.3g} rad" if radians > 0.0 else ""
     is_open = f"stays open by {metres:.3g} m{turned}"
@@ -109,8 +114,12 @@ def open_joint(system: System, work) -> CompileError:
     redundant = f"; {len(system.redundant)} equations depend on others" if system.redundant else ""
     allowed = f", those that depend on others to {system.gaps.max():.2g} m or rad" if system.redundant else ""
     told = any(system.equation_names[k].endswith(": Formula") for k in _worst(work))  # no markers that could be moved
+    worst, asked = worst_equations(system, work), _asked_elsewhere(system, t)
     remedy = (
-        "Bring the markers of this loop into one plane or line, or replace one of its joints by one that forbids "
+        "A drive prescribes the coordinate of its joint, not a way from the drawing: add to its signal what the joint "
+        "has as drawn, or draw the parts where the drive begins"
+        if asked
+        else "Bring the markers of this loop into one plane or line, or replace one of its joints by one that forbids "
         "less (Spherical, Cylindrical, Universal)"
         if system.redundant and not told
         else "Start where the equation has a value: no division by zero, no root or logarithm of what is not positive"
@@ -123,10 +132,24 @@ def open_joint(system: System, work) -> CompileError:
     return CompileError(
         f"Model '{system.model.name}'",
         found=f"the mechanism cannot be assembled: joint '{name}' {is_open}{redundant}; "
-        f"worst equations: {worst_equations(system, work)}",
+        f"worst equations: {worst}{asked}",
         expected=f"positions near the described ones that satisfy all joints{allowed}",
         remedy=remedy,
     )
+
+
+def _asked_elsewhere(system: System, t: float) -> str:
+    """Return words about the drive that asks for a place far from that of the drawing, or none."""
+    work = system.workspace()
+    evaluate(system.program, system.state(t), work)
+    apart = {name: gap for name, gap in gaps(system, work).items() if system.model.joint(name).prescribes}
+    far = {name: max(metres / system.lengths.whole, radians) for name, (metres, radians) in apart.items()}
+    name = max(far, key=lambda one: far[one], default="")
+    if not name or not ELSEWHERE < far[name] < np.inf:
+        return ""
+    metres, radians = apart[name]
+    distance = f"{metres:.3g} m" if metres > 0.0 else f"{radians:.3g} rad"
+    return f"; {system.model.joint(name).title} begins at t = {t:g} s {distance} away from the drawing"
 
 
 def _failed_function(system: System) -> CompileError | None:
