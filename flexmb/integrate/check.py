@@ -14,6 +14,7 @@ from flexmb.math.tables import State
 from flexmb.model.model import Model
 from flexmb.system import assemble_as_drawn, mobility
 from flexmb.system.branching import Branching, branching
+from flexmb.system.complaints import begins_elsewhere
 from flexmb.system.program import evaluate
 from flexmb.system.system import System
 
@@ -189,11 +190,21 @@ def check(model: Model) -> Report:
         moved=float(np.abs(state.q - system.q0).max(initial=0.0)),
         misfits=dict(system.misfits),
         indeterminate=counts.indeterminate,
-        notes=(*oversights(model), *system.unlocated, *_moved_furthest(model, system, state)),
+        notes=(*oversights(model), *system.unlocated, *_moved_there(model, system, state)),
         warnings=(*told, *overlaps(system, state)),
         singular=singular,
         assembled=None if stuck else (system, state),
     )
+
+
+def _moved_there(model: Model, system: System, state) -> list[str]:
+    """Return a sentence about a drive that moved parts far from the drawing, or else about the body moved most."""
+    if asked := begins_elsewhere(system, state.t):
+        return [
+            f"{asked}, where assembly has moved the parts: a drive prescribes the coordinate of its joint, not a way "
+            "from the drawing"
+        ]
+    return _moved_furthest(model, system, state)
 
 
 def _moved_furthest(model: Model, system: System, state) -> list[str]:

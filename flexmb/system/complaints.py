@@ -13,6 +13,7 @@ from flexmb.system.program import constraint_acceleration, constraint_velocity, 
 from flexmb.system.system import System
 
 __all__ = [
+    "begins_elsewhere",
     "equations_of_forces",
     "flat_equation",
     "gaps",
@@ -114,7 +115,7 @@ def open_joint(system: System, work, t: float) -> CompileError:
     redundant = f"; {len(system.redundant)} equations depend on others" if system.redundant else ""
     allowed = f", those that depend on others to {system.gaps.max():.2g} m or rad" if system.redundant else ""
     told = any(system.equation_names[k].endswith(": Formula") for k in _worst(work))  # no markers that could be moved
-    worst, asked = worst_equations(system, work), _asked_elsewhere(system, t)
+    worst, asked = worst_equations(system, work), begins_elsewhere(system, t)
     remedy = (
         "A drive prescribes the coordinate of its joint, not a way from the drawing: add to its signal what the joint "
         "has as drawn, or draw the parts where the drive begins"
@@ -132,14 +133,14 @@ def open_joint(system: System, work, t: float) -> CompileError:
     return CompileError(
         f"Model '{system.model.name}'",
         found=f"the mechanism cannot be assembled: joint '{name}' {is_open}{redundant}; "
-        f"worst equations: {worst}{asked}",
+        f"worst equations: {worst}{'; ' * bool(asked)}{asked}",
         expected=f"positions near the described ones that satisfy all joints{allowed}",
         remedy=remedy,
     )
 
 
-def _asked_elsewhere(system: System, t: float) -> str:
-    """Return words about the drive that asks for a place far from that of the drawing, or none."""
+def begins_elsewhere(system: System, t: float) -> str:
+    """Return words about the drive whose place at the time t, s, is farthest from the drawing; none if it is near."""
     work = system.workspace()
     evaluate(system.program, system.state(t), work)
     apart = {name: gap for name, gap in gaps(system, work).items() if system.model.joint(name).prescribes}
@@ -149,7 +150,7 @@ def _asked_elsewhere(system: System, t: float) -> str:
         return ""
     metres, radians = apart[name]
     distance = f"{metres:.3g} m" if metres > 0.0 else f"{radians:.3g} rad"
-    return f"; {system.model.joint(name).title} begins at t = {t:g} s {distance} away from the drawing"
+    return f"{system.model.joint(name).title} begins at t = {t:g} s {distance} away from the drawing"
 
 
 def _failed_function(system: System) -> CompileError | None:

@@ -63,3 +63,18 @@ def test_a_drive_near_its_drawing_is_not_blamed():
     with pytest.raises(fmb.CompileError) as told:
         fmb.simulate(model.with_parts(joints=[rigid]), 0.1)
     assert "begins at" not in str(told.value)
+
+
+@pytest.mark.parametrize(("drawn", "told"), [(0.8, True), (0.05, False)])
+def test_check_notes_that_a_drive_has_moved_the_drawing(drawn, told):
+    rod = fmb.RigidBody.rod("rod", length=1.0, mass=1.0, rotation=(0, drawn, 0), markers={"A": ACROSS})
+    model = fmb.Model(
+        gravity=(0, 0, -9.81),
+        bodies=[fmb.Ground(markers={"A": ACROSS}), rod],
+        joints=[
+            fmb.Revolute("A", markers=("ground.A", "rod.A")),
+            fmb.Drive("turn", joint="A", angle=fmb.expression("2*t")),
+        ],
+    )
+    found = [note for note in fmb.check(model).notes if "Joint 'turn' begins at t = 0 s 0.8 rad away" in note]
+    assert len(found) == told
