@@ -201,9 +201,9 @@ def modes(described) -> str:
 
 def solver(runs: Sequence[Run]) -> str:
     """Statistics of the integrators, and how exactly the constraints are held."""
-    names = dict.fromkeys(
-        name for run in runs for name in run.solution.statistics if name not in (*WARNINGS, "seconds")
-    )
+    kept = dict.fromkeys(name for run in runs for name in run.solution.statistics if name not in (*WARNINGS, "seconds"))
+    by_part = [name for name in kept if any(isinstance(run.solution.statistics.get(name), dict) for run in runs)]
+    names = [name for name in kept if name not in by_part]
     titles = [("", True), *((run.name, False) for run in runs)]
     rows = [
         ["samples", *(str(len(run.solution.t)) for run in runs)],
@@ -219,7 +219,17 @@ def solver(runs: Sequence[Run]) -> str:
     ]
     held = table([("run", True), ("body", True), ("share of its limits", True)], shares) if shares else ""
     states = "".join(f'<p class="note">{escape(run.name)}: {escape(str(run.solution.status))}</p>' for run in runs)
-    return "<h2>Solver</h2>" + table(titles, rows) + states + held
+    return "<h2>Solver</h2>" + table(titles, rows) + "".join(_of_parts(runs, name) for name in by_part) + states + held
+
+
+def _of_parts(runs: Sequence[Run], name: str) -> str:
+    """Return a statistic that has a share for each of several parts, a line for each."""
+    found = [given if isinstance(given := run.solution.statistics.get(name), dict) else {} for run in runs]
+    parts = dict.fromkeys(part for of_run in found for part in of_run)
+    rows = [
+        [escape(str(part)), *(_share(of_run[part]) if part in of_run else "" for of_run in found)] for part in parts
+    ]
+    return table([(name, True), *((run.name, False) for run in runs)], rows)
 
 
 def _share(x: Any) -> str:

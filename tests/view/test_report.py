@@ -123,6 +123,16 @@ def test_one_run(swing, tmp_path):
     assert mobility[1][1:5] == ["6", "5", "1", "1"]
 
 
+def test_errors_of_reactions_have_a_line_each(swing, tmp_path):
+    """In percent, by joint; no text of a mapping."""
+    errors = {"Joint 'pin'": 0.0065, "Joint 'strut'": 2.5}
+    told = replace(swing, statistics={**swing.statistics, "errors of reactions": errors})
+    other = replace(swing, statistics={"steps": 3})
+    text, page = read(report({"a": told, "b": other}, tmp_path / "report.html", pictures=False))
+    assert page.table("errors of reactions")[-2:] == [["Joint 'pin'", "0.7 %", ""], ["Joint 'strut'", "250.0 %", ""]]
+    assert "{" not in text.partition("<h2>Solver")[2]
+
+
 def test_loads_are_peaks_of_magnitude(swing, tmp_path):
     _, page = read(report(swing, tmp_path / "report.html", pictures=False))
     force = np.linalg.norm(swing["pin force"][:, :3], axis=1)
