@@ -1,6 +1,7 @@
 """Files: model files, sensor tables, VTK. Every format has its own file here."""
 
 from flexmb.io.campbell_table import write_campbell
+from flexmb.io.column_files import read_columns
 from flexmb.io.deck_page import deck_numbers, write_deck_report
 from flexmb.io.file_parameters import parse_setting
 from flexmb.io.mbdyn_fem import read_mbdyn_fem, write_mbdyn_fem
@@ -28,6 +29,7 @@ __all__ = [
     "motion_of",
     "parse_setting",
     "plant_path",
+    "read_columns",
     "read_mbdyn_fem",
     "read_model_text",
     "read_sid",

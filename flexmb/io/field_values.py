@@ -19,6 +19,7 @@ import numpy as np
 from flexmb.bodies.line.chains import single_chain
 from flexmb.errors import FlexmbError, ModelError, did_you_mean
 from flexmb.files import resolved
+from flexmb.io.column_files import read_columns
 from flexmb.io.limits import check_extent, named_file
 from flexmb.model import expression
 from flexmb.model.foreign import Foreign
@@ -110,12 +111,30 @@ class Context:
         kind = SIGNAL_WORDS[word]
         if isinstance(given, dict):
             values = {name: self.value(entry, f"{where}.{name}") for name, entry in given.items()}
+            if word == "table" and "file" in values:
+                values = self._with_columns(values, where)
             for name in getattr(kind, "imports", ()):
                 if isinstance(values.get(name), str) and not self.trust:
                     values[name] = Foreign(values[name])
             return call(kind, values, where)
         first = fields(kind)[0].name
         return call(kind, {first: self.value(given, where)}, where)
+
+    def _with_columns(self, values: dict[str, Any], where: str) -> dict[str, Any]:
+        """Return the fields of a table whose points stand in two columns of a file beside the model file."""
+        name, columns = values.pop("file"), values.pop("columns", (0, 1))
+        pair = isinstance(columns, tuple) and len(columns) == 2
+        both = [field for field in ("x", "y") if field in values]
+        if not isinstance(name, str) or not pair or both:
+            raise ModelError(
+                where,
+                found=f"file = {name!r:.60}, columns = {columns!r:.60}"
+                + (f", and {' and '.join(both)}" if both else ""),
+                expected="the name of a file, and the two columns of x and y",
+                remedy='Write table = { file = "road.csv", columns = ["t", "z"] }',
+            )
+        x, y = read_columns(resolved(named_file(self.path.parent, name, f"{where}.file")), columns)
+        return {**values, "x": tuple(x.tolist()), "y": tuple(y.tolist())}
 
     def _object(self, values: dict[str, Any], where: str) -> Any:
         make = find_kind(values.pop("kind"), self.kinds, where)

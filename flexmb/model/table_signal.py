@@ -34,7 +34,8 @@ class Table(Signal):
     Parameters
     ----------
     x : (n,) increasing
-        Time in s, or values of the signal `of`.
+        Time in s, or values of the signal `of`. In a model file ``file = "load.csv", columns = ["t", "F"]`` stands for
+        x and y that are in a text file; in Python `flexmb.io.read_columns` reads them.
     y : (n,)
     of : signal or joint's name, optional
         Argument of the function; time unless given. An airload over flap angle is a table of the angle's signal, or of
