@@ -61,3 +61,60 @@ def test_a_point_between_two_rods(mass):
         for formulation in (fmb.UdwadiaPhohomsiri(), fmb.Recursive())
     ]
     np.testing.assert_allclose(paths[1], paths[0], rtol=0.0, atol=1e-8)
+
+
+def chain(masses) -> fmb.Model:
+    """Points one below the other on rods of 1 m, each pushed to the side."""
+    count = len(masses)
+    places = np.cumsum(WAYS[:count], axis=0)
+    names = [f"point{k}" for k in range(count)]
+    above = ["ground.origin", *(f"{name}.center" for name in names)]
+    return fmb.Model(
+        bodies=[
+            fmb.Ground(),
+            *(fmb.PointMass(n, mass=m, at=tuple(p)) for n, m, p in zip(names, masses, places, strict=True)),
+        ],
+        joints=[fmb.Rod(f"rod{k}", markers=(above[k], above[k + 1])) for k in range(count)],
+        forces=[fmb.PointLoad(f"push{k}", marker=above[k + 1], force=tuple(PUSHES[k])) for k in range(count)],
+        gravity=(0, 0, -9.81),
+    )
+
+
+WAYS = np.array([(0.6, 0.0, -0.8), (0.8, 0.0, -0.6), (0.0, 0.6, -0.8)])
+PUSHES = np.array([(0.0, 0.5, 0.2), (0.3, -1.0, 0.2), (0.6, 0.0, -0.4)])
+
+
+@pytest.mark.parametrize(
+    "masses", [(1.0, 1e-7), (1.0, 1e-10), (1e-8, 1.0), (1.0, 1e-8, 1e-8), (1e-8, 1e-8, 1.0), (1e-6, 1.0, 1e-12)]
+)
+def test_light_points_swing_on_their_rods(masses):
+    """A motion that no rod holds is as free as that of a heavy point: M a = f - G^T lam with G a = 0, by unit masses.
+
+    From 1e-7 of the heaviest mass on, such motions had no force and no weight.
+    """
+    count = len(masses)
+    G = np.zeros((count, 3 * count))
+    for k in range(count):
+        G[k, 3 * k : 3 * k + 3] = WAYS[k]
+        if k:
+            G[k, 3 * k - 3 : 3 * k] = -WAYS[k]
+    inverse = 1.0 / np.repeat(masses, 3)
+    loads = PUSHES[:count].ravel() + np.repeat(masses, 3) * np.tile([0, 0, -9.81], count)
+    forces = np.linalg.solve(G * inverse @ G.T, G @ (inverse * loads))
+    expected = inverse * (loads - G.T @ forces)
+    found = fmb.accelerations(chain(masses), formulation=fmb.Recursive())
+    for k in range(count):
+        of_point = expected[3 * k : 3 * k + 3]
+        np.testing.assert_allclose(found[f"point{k}"][:3], of_point, rtol=0.0, atol=1e-6 * np.abs(of_point).max())
+    along = [float(np.dot(found.reactions[f"rod{k}"][:3], -WAYS[k])) for k in range(count)]
+    np.testing.assert_allclose(along, forces, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("mass", [5e-4, 1e-4])
+def test_a_light_point_in_motion(mass):
+    """Along an axis that lies across its rod but for 1e-20 as along any other: the axes of W are no measure."""
+    ends = [
+        fmb.simulate(chain((1.0, mass)), 0.02, samples=2, integrator=fmb.Explicit(formulation=formulation)).final.q
+        for formulation in (fmb.Recursive(), fmb.NullSpace())
+    ]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0.0, atol=1e-7)

@@ -6,14 +6,15 @@ joints of a rod on such a point would look dependent, and the rod would fall. It
 
     [M_p, -G_p^T; G_p, W] (a_p, lam) = (f_p, -error),
 
-which is regular for M_p = 0 as well, if the equations hold the point (Udwadia & Phohomsiri 2006).
+which is regular for M_p = 0 as well, if the equations hold the point (Udwadia & Phohomsiri 2006). Motions of these
+points that no equation holds are those of the points alone: their small masses would count as zero in that matrix.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from flexmb.tree.any_body.loops import independent_values
+from flexmb.tree.any_body.loops import RANK, independent_values
 
 __all__ = ["LightPoints"]
 
@@ -80,28 +81,46 @@ class LightPoints:
         `values` are what multipliers do by way of the other bodies (see `responses`). What is returned takes what the
         multipliers have to remove (nc,), and the loads (np,) of the points.
         """
-        nc, n = len(self.mobility), len(self.mass)
+        nc = len(self.mobility)
         W = np.zeros((nc, nc))
         columns = np.repeat(np.arange(nc), np.diff(tables.start_row))
         W[tables.rows, columns] = values
         of_lam = 1.0 / np.sqrt(self.mobility)
         rows = self.gradient * of_lam[:, None]
-        size = np.linalg.norm(rows, axis=0)
-        of_a = 1.0 / np.where(size > 0.0, size, 1.0)
+        size = np.linalg.norm(rows.reshape(nc, -1, 3), axis=(0, 2))  # by point: an axis may be across all its rods
+        of_a = np.repeat(1.0 / np.where(size > 0.0, size, 1.0), 3)
         G = rows * of_a
+        mass = self.mass * of_a**2
+        move, alone = _apart(mass, G)
+        held, r = G @ move, move.shape[1]
         matrix = np.block(
-            [[np.diag(self.mass * of_a**2), -G.T], [G, of_lam[:, None] * W * of_lam]],
+            [[move.T @ (mass[:, None] * move), -held.T], [held, of_lam[:, None] * W * of_lam]],
         )
         U, s, Vt = np.linalg.svd(matrix)
         kept = independent_values(s)
 
         def solved(error: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            right = np.concatenate([of_a * force, -of_lam * error])
+            force = of_a * force
+            own = alone @ force
+            right = np.concatenate([move.T @ force, -of_lam * error - G @ own])
             x = Vt[:kept].T @ ((U[:, :kept].T @ right) / s[:kept])
-            return of_a * x[:n], of_lam * x[n:]
+            return of_a * (own + move @ x[:r]), of_lam * x[r:]
 
         # without an effect on any body: multipliers that hold themselves in balance
-        return solved, of_lam[:, None] * Vt[kept:, n:].T
+        return solved, of_lam[:, None] * Vt[kept:, r:].T
+
+
+def _apart(mass: np.ndarray, G: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the motions (n, r) that the gradients G (nc, n) hold, and what forces do to all others, (n, n).
+
+    mass : (n,) what a motion that is held moves with it of the others costs no force: the two are apart by it
+    """
+    s, Vt = np.linalg.svd(G)[1:]
+    r = int(np.sum(s > RANK * np.max(s, initial=0.0)))
+    held, free = Vt[:r].T, Vt[r:].T
+    inverse = np.linalg.pinv(free.T @ (mass[:, None] * free), rcond=ROUNDED, hermitian=True)
+    alone = free @ inverse @ free.T
+    return held - alone @ (mass[:, None] * held), alone
 
 
 def _gradients(equations: np.ndarray, work, first: np.ndarray) -> np.ndarray:
