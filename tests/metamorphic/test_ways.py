@@ -6,13 +6,13 @@ The mechanisms follow the option --seed (the header of the test run prints it). 
 
 import numpy as np
 import pytest
-from metamorphic.analyses import WITHOUT_TIME
+from metamorphic.analyses import WITHOUT_TIME, analysed, worst_difference
 from metamorphic.campaign import drawn, kinds_for, outcome, way_holds
 from metamorphic.extras import KINDS_AND_PLATES
 from metamorphic.flexible_trees import flexible_tree
 from metamorphic.mechanisms import mechanism
 from metamorphic.relations import apart
-from metamorphic.seen import CHANGES
+from metamorphic.seen import CHANGES, PLAIN, Seen
 
 import flexmb as fmb
 
@@ -71,6 +71,14 @@ def test_flexible_trees_have_everything():
     assert all(parts.count(name) > 4 for name in wanted), {name: parts.count(name) for name in wanted}
     assert sum(any(joint.name == "closing" for joint in m.joints) for m in trees) > 5
     assert sum(any("_cut_" in joint.name for joint in m.joints) for m in trees) > 10
+
+
+def test_equilibrium_of_a_loop_in_microseconds():
+    """Stiffnesses of 1e12 beside coefficients of 1: the search needs all digits of its multipliers."""
+    seen = Seen(time=5.6e-6)
+    plain, other = (analysed(flexible_tree(3003, s, held=True), "statics", s) for s in (PLAIN, seen))
+    share, where = worst_difference(plain, other)
+    assert share < 1e-8, where
 
 
 def test_held_and_driven_trees():

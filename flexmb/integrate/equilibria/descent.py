@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 
 from flexmb.errors import IntegrationError
 from flexmb.integrate.extent import extents
-from flexmb.integrate.linear.steady import saddle, steady_motion
+from flexmb.integrate.linear.steady import FactoredSaddle, saddle, steady_motion
 from flexmb.integrate.matrices import tangent_at
 from flexmb.system.complaints import without_value
 from flexmb.system.mobility import mass_metric
@@ -210,7 +210,8 @@ class Descent:
         free = self._greatest(self.force * self.extent / np.maximum(mass_metric(tangent.M), least)) / (LOST * self.size)
         block = tangent.M * free + self._moving()
         try:
-            factor = splu(saddle(block, tangent.L, tangent.G, 1e-12, self.lengths, least * free))
+            matrix = saddle(block, tangent.L, tangent.G, 1e-12, self.lengths, least * free)
+            factor = FactoredSaddle(matrix, self.system.nu)
         except RuntimeError:
             return False
         x = factor.solve(-np.concatenate([self.force, self.g]))[: self.system.nu]
@@ -282,7 +283,8 @@ class Descent:
         for _ in range(CUTS):
             try:
                 block, least = tangent.M / self.step**2 + moving, self.system.least_inertia / self.step**2
-                factor = splu(saddle(block, tangent.L, tangent.G, 1e-12, self.lengths, least))
+                matrix = saddle(block, tangent.L, tangent.G, 1e-12, self.lengths, least)
+                factor = FactoredSaddle(matrix, self.system.nu)
             except RuntimeError:  # exactly singular: more inertia helps
                 self.step *= 0.5
                 return False

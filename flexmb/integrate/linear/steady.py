@@ -19,7 +19,7 @@ from flexmb.math.tables import DAMPED
 from flexmb.system.mobility import mass_metric
 from flexmb.system.program import constraint_acceleration, evaluate
 
-__all__ = ["SteadyMotion", "saddle", "steady_motion", "unsteady_equation"]
+__all__ = ["FactoredSaddle", "SteadyMotion", "saddle", "steady_motion", "unsteady_equation"]
 
 HINGED, MOVING = 1e-4, 1e-9
 """Weight of the relative motion in joints, and of the kinetic energy, beside the ends of springs."""
@@ -68,6 +68,32 @@ def saddle(block, L, G, epsilon: float, are_lengths: np.ndarray, least: np.ndarr
         if own > STILL * np.max(r, initial=0.0):
             largest[kind] = own
     return sparse.bmat([[block, -L], [G, -sparse.diags(np.maximum(r, 1e-6 * largest))]], format="csc")
+
+
+class FactoredSaddle:
+    """The factors of a `saddle` whose block is a stiffness, (nu, nu).
+
+    Multipliers are counted in units of its size: beside forces per displacement of 1e12, coefficients of 1 would be
+    pivots that cost digits.
+    """
+
+    def __init__(self, matrix: sparse.csc_matrix, nu: int):
+        scale = np.ones(matrix.shape[0])
+        scale[nu:] = _usual(np.abs(matrix.diagonal()[:nu]))
+        self.scale, scaled = scale, sparse.diags(scale)
+        self.factors = splu((scaled @ matrix @ scaled).tocsc())
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Return the displacements and multipliers, for one right side (nu + ng,) or several (nu + ng, n)."""
+        scale = self.scale if right.ndim == 1 else self.scale[:, None]
+        return scale * self.factors.solve(scale * right)
+
+
+def _usual(sizes: np.ndarray) -> float:
+    """Return the geometric mean of those that are not zero, 1 if it has no value."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        mean = float(np.exp(np.mean(np.log(sizes[sizes > 0.0])))) if np.any(sizes > 0.0) else 1.0
+    return mean if np.isfinite(mean) and mean > 0.0 else 1.0
 
 
 class _RigidMotions:
