@@ -34,9 +34,11 @@ class Repeats:
 
     OFTEN = 32
     """So many calls at the start are repeated, and one of so many later: a sum may begin late."""
+    ROUNDING = 1e-10
+    """Difference of two answers, relative to the largest so far, that an iteration or a sum by threads may leave."""
 
     def __init__(self) -> None:
-        self.calls, self.found = 0, ""
+        self.calls, self.found, self.largest = 0, "", 0.0
 
     def require(self, answer, again: Callable[[], object]) -> None:
         """Raise ValueError if `again`, the same call as that which returned `answer`, returns something else; and at
@@ -44,8 +46,12 @@ class Repeats:
         """
         self.calls += 1
         if not self.found and (self.calls <= self.OFTEN or self.calls % self.OFTEN == 0):
-            first, second = np.ravel(np.asarray(answer)), np.ravel(np.asarray(again()))
-            if not np.array_equal(first, second, equal_nan=True):
+            first = np.array(answer).ravel()  # a copy: the function may return the same array twice
+            second = np.ravel(np.asarray(again()))
+            self.largest = np.fmax(self.largest, np.abs(first))
+            with np.errstate(invalid="ignore"):  # of what is not finite others complain
+                same = (first == second) | (np.abs(first - second) <= self.ROUNDING * self.largest)
+            if not np.all(same | (np.isnan(first) & np.isnan(second))):
                 both = ", then ".join(np.array2string(np.squeeze(one), precision=6) for one in (first, second))
                 self.found = (
                     f"with the same arguments it returned {both} (it is asked several times in a step, so it must not "

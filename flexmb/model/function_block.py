@@ -97,13 +97,13 @@ class Function(Block):
     def _derivatives(self, t: float, x: np.ndarray) -> np.ndarray:
         """Return f and its derivatives (1 + n,)."""
         f, jacobian = self._function, self._jacobian  # type: ignore[attr-defined]
-        returned = f(t, x)
+        returned = f(t, x.copy())  # the function may write to its arguments
         if np.shape(returned):
             raise ValueError(
                 f"the function returns an array {np.shape(returned)} in the place of a number; x holds the values "
                 f"of all arguments ({len(x)}): read x[0], x[1], ..."
             )
-        self._state["repeats"].require(returned, lambda: f(t, x))  # type: ignore[attr-defined]
+        self._state["repeats"].require(returned, lambda: f(t, x.copy()))  # type: ignore[attr-defined]
         value = float(np.real(returned))
         if jacobian is not None:
             slopes = np.array(jacobian(t, x), float).reshape(len(x))

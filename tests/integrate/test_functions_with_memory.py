@@ -69,3 +69,29 @@ def test_functions_of_their_arguments_may_keep_notes():
     solution = fmb.simulate(cart(fmb.Function([fmb.measured("x")], function=law)), t_end=1.0, samples=11)
     assert asked
     assert solution["x"] == pytest.approx(0.2 * np.cos(2.0 * solution.t), abs=1e-4)
+
+
+def test_functions_may_write_to_their_arguments():
+    def law(t, x):
+        x *= -4.0
+        return x[0]
+
+    function = fmb.Function([fmb.measured("x")], function=law, jacobian=lambda t, x: [-4.0])
+    solution = fmb.simulate(cart(function), t_end=1.0, samples=11)
+    assert solution["x"] == pytest.approx(0.2 * np.cos(2.0 * solution.t), abs=1e-4)
+
+
+def test_the_last_digits_of_an_iteration_are_no_memory():
+    """A law that iterates from where the last call has ended, to eleven digits."""
+    known = [0.0]
+
+    def law(t, d, v, R, w):
+        while True:
+            step = 0.7 * (-4.0 * d[2] - known[0])
+            known[0] += step
+            if abs(step) <= 1e-11:
+                return (0.0, 0.0, known[0]), (0.0, 0.0, 0.0)
+
+    force = fmb.UserForce("law", markers=("ground.rail", "cart.rail"), function=law)
+    solution = fmb.simulate(cart(forces=[force]), t_end=0.5, samples=11)
+    assert solution["x"] == pytest.approx(0.2 * np.cos(2.0 * solution.t), abs=1e-4)
