@@ -146,13 +146,14 @@ class Alike:
         known = drawn_alike and self.sized and np.array_equal(self.system.lengths.are_lengths, forces)
         lengths = self.system.lengths if known else described_lengths(system, inertia, forces)
         warn_of_lost_digits(model, lengths)
-        warn_of_needles(system.model)
+        least = least_inertia(system)
+        warn_of_needles(system, least)
         warn_of_stations(model)
         system = replace(
             system,
             lengths=lengths,
             units=velocity_units(system, lengths, inertia),
-            least_inertia=least_inertia(system),
+            least_inertia=least,
             gaps=np.zeros(system.ng),
         )
         closed = ROUND if redundant else CLOSED if self.rigid else MEETS

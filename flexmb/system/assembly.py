@@ -267,10 +267,11 @@ def _with_lengths(system: System, state: State, work) -> System:
     inertia = np.abs(mass_diagonal(system, work))
     lengths = described_lengths(system, inertia, equations_of_forces(system, work))
     warn_of_lost_digits(system.model, lengths)
-    warn_of_needles(system.model)
     warn_of_stations(system.model)
     units = velocity_units(system, lengths, inertia)
-    return replace(system, lengths=lengths, units=units, least_inertia=least_inertia(system))
+    least = least_inertia(system)
+    warn_of_needles(system, least)
+    return replace(system, lengths=lengths, units=units, least_inertia=least)
 
 
 def all_softened(system: System) -> System:

@@ -55,14 +55,14 @@ def least_inertia(system) -> np.ndarray:
     1e-8 of its mass times arm squared, or a dummy part has 1e-8 of the others' mass, that is 1e8 in one direction, and
     all other equations look dependent beside it.
     """
-    found = np.zeros(system.nu)
+    found, slices = np.zeros(system.nu), system.slices
     arms = longest_arms(system.model)
     inertias = {name: system.model.body(name).rest_inertia() for name in arms}
     heaviest = _heaviest(system.model, {name: mass for name, (mass, _, _) in inertias.items()})
     for name, (mass, _, moments) in inertias.items():
         least = max(mass, FEATHER * heaviest[name])
         grown = np.diag(moments) * (least / mass if mass > 0.0 else 1.0)
-        first = system.slices[name][1].start
+        first = slices[name][1].start
         found[first : first + 3] = least
         found[first + 3 : first + 6] = np.maximum(grown, least * (BLUNT * arms[name]) ** 2)
     return found
@@ -70,6 +70,8 @@ def least_inertia(system) -> np.ndarray:
 
 def _heaviest(model, masses: dict[str, float]) -> dict[str, float]:
     """Return the largest mass among the bodies that joints join with each of them, other than by the ground, kg."""
+    if min(masses.values(), default=0.0) >= FEATHER * max(masses.values(), default=0.0):  # no group has a lighter one
+        return masses
     number = {name: k for k, name in enumerate(masses)}
     pairs = [
         [number[p.partition(".")[0]] for p in j.resolved_markers(model) if p.partition(".")[0] in number]
@@ -96,16 +98,21 @@ def longest_arms(model) -> dict[str, float]:
     return arms
 
 
-def warn_of_needles(model) -> None:
-    """Warn of bodies with a moment of inertia that is lost in the digits beside mass times arm squared."""
-    arms = longest_arms(model)
-    bodies = [b for b in model.bodies if arms.get(b.name) and not b.n_vector]
-    masses = np.array([body.rest_inertia()[0] for body in bodies])
-    moments = np.array([body.rest_inertia()[2] for body in bodies]).reshape(-1, 3, 3)
-    bounds = DIGITS * masses * np.array([arms[body.name] for body in bodies]) ** 2
-    near = np.linalg.eigvalsh(moments)[:, 0] < bounds
-    for k in np.flatnonzero(near):
-        _warn_of(bodies[k], model)
+def warn_of_needles(system, least: np.ndarray) -> None:
+    """Warn of bodies with a moment of inertia that is lost in the digits beside mass times arm squared.
+
+    least : (nu,), as `least_inertia` found them
+    """
+    slices = system.slices
+    for body in system.model.bodies:
+        if not (body.has_frame and body.n_velocities) or body.n_vector:
+            continue
+        first = slices[body.name][1].start
+        moments = body.rest_inertia()[2]
+        diagonal = moments.diagonal()
+        smallest = diagonal.min() if np.array_equal(moments, np.diag(diagonal)) else np.linalg.eigvalsh(moments)[0]
+        if smallest < DIGITS / BLUNT**2 * least[first + 3 : first + 6].max():
+            _warn_of(body, system.model)
 
 
 def _warn_of(body, model) -> None:
