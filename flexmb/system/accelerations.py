@@ -204,9 +204,26 @@ def is_solved(system, state, right, work) -> bool:
     if not (np.isfinite(change) and np.isfinite(force)):
         return False
     loads = load_sizes(system, state, work)  # joints that carry nothing, and loads that balance, leave rounding
-    return bool(
-        change <= SOLVED * max(largest, loads[0]) and force <= SOLVED * max(np.max(np.abs(state.lam)), loads[1])
-    )
+    if force > SOLVED * max(np.max(np.abs(state.lam), initial=0.0), loads[1]):
+        return False
+    if change <= SOLVED * max(largest, loads[0]):
+        return True
+    return _is_rounding(system, state, right[: system.nu], work)
+
+
+def _is_rounding(system, state, change, work) -> bool:
+    """Are the forces that a change of accelerations (nu,) needs small beside what bodies need, and beside the loads?
+
+    They are compared by what they move of bodies that resist: the last digit of what a light body carries changes its
+    own acceleration much, which matters to no other body.
+    """
+    weigh(work.weights, 1.0)
+    evaluate(system.program, state._replace(a=np.zeros(system.nu), lam=np.zeros(system.ng)), work)
+    rows, inertia = system.tables["diagonal_rows"], np.abs(work.S[system.tables["diagonal_at"]])
+    resists = np.maximum(inertia, system.least_inertia[rows])
+    moves = np.divide(1.0, resists, out=np.zeros(len(rows)), where=resists > 0.0)
+    usual = moves @ (inertia * state.a[rows]) ** 2 + moves @ work.residual[rows] ** 2
+    return bool(moves @ (inertia * change[rows]) ** 2 <= SOLVED**2 * usual)
 
 
 @kernel_on_demand(void, COUNT, array_type(FLOATS), array_type(FLOATS))
