@@ -25,6 +25,8 @@ FEATHER = 1e-5
 inertia grow with it."""
 DIGITS = 1e-13
 """A moment of inertia below this, relative to the mass times the square of an arm, has hardly a digit beside it."""
+ROUNDING = 1e-14
+"""A moment of inertia about an oblique axis below this, relative to the body's greatest, is zero but for rounding."""
 
 
 def without_needles(metric: np.ndarray, frames: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -103,7 +105,7 @@ def warn_of_needles(system, least: np.ndarray) -> None:
 
     least : (nu,), as `least_inertia` found them
     """
-    slices = system.slices
+    slices, near = system.slices, {}
     for body in system.model.bodies:
         if not (body.has_frame and body.n_velocities) or body.n_vector:
             continue
@@ -112,27 +114,27 @@ def warn_of_needles(system, least: np.ndarray) -> None:
         diagonal = moments.diagonal()
         smallest = diagonal.min() if np.array_equal(moments, np.diag(diagonal)) else np.linalg.eigvalsh(moments)[0]
         if smallest < DIGITS / BLUNT**2 * least[first + 3 : first + 6].max():
-            _warn_of(body, system.model)
+            near[body.name] = body
+    for joint in system.model.joints if near else ():
+        for path in joint.resolved_markers(system.model):
+            name, _, marker = path.partition(".")
+            if name in near and _warned_of(near[name], marker, joint):
+                del near[name]
 
 
-def _warn_of(body, model) -> None:
-    """Warn of a body if an axis with arm has a moment of inertia without digits."""
+def _warned_of(body, marker: str, joint) -> bool:
+    """Warn of a body if an axis has a moment of inertia without digits beside the arm of a joint; return if so."""
     mass, _, inertia = body.rest_inertia()
     moments, axes = np.linalg.eigh(inertia)
-    poses = body.marker_poses()
-    for joint in model.joints:
-        for path in joint.resolved_markers(model):
-            name, _, marker = path.partition(".")
-            if name != body.name:
-                continue
-            beside = mass * np.sum(np.cross(axes.T, poses[marker].at) ** 2, axis=1)
-            lost = (moments > 0.0) & (moments < DIGITS * beside)
-            if np.any(lost):
-                k = int(np.argmax(lost * beside))
-                tell(
-                    f"{body.title} has a moment of inertia of {moments[k]:.3g} kg m2 beside "
-                    f"{beside[k]:.3g} kg m2, its mass times the square of the arm of joint '{joint.name}': no digit of "
-                    f"their sum knows of it, and reactions can be wrong; expected: more than {DIGITS:g} of that. Write "
-                    "0 for the inertia of a lumped mass that joints hold, or use a PointMass"
-                )
-                return
+    known = moments > (ROUNDING * moments[-1] if np.any(inertia - np.diag(inertia.diagonal())) else 0.0)
+    beside = mass * np.sum(np.cross(axes.T, body.marker_poses()[marker].at) ** 2, axis=1)
+    lost = known & (moments < DIGITS * beside)
+    if np.any(lost):
+        k = int(np.argmax(lost * beside))
+        tell(
+            f"{body.title} has a moment of inertia of {moments[k]:.3g} kg m2 beside {beside[k]:.3g} kg m2, its mass "
+            f"times the square of the arm of joint '{joint.name}': no digit of their sum knows of it, and reactions "
+            f"can be wrong; expected: more than {DIGITS:g} of that. Write 0 for the inertia of a lumped mass that "
+            "joints hold, or use a PointMass"
+        )
+    return bool(np.any(lost))

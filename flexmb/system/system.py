@@ -89,7 +89,7 @@ class System:
         Joints whose reactions samplers read.
     units : (nu,), 1/m or 1
         Makes increments of velocities comparable: displacements relative to the length of the assembly, and radians.
-    least_inertia : (nu,), kg m2
+    least_inertia : (nu,), kg or kg m2
         With which equations are at least judged, by the arms of joints (`needles.least_inertia`); 0 before assembly.
     """
 

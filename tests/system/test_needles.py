@@ -89,6 +89,24 @@ def test_a_moment_of_inertia_without_digits_is_told():
         fmb.check(two_links(1e-15))
 
 
+@pytest.mark.parametrize("turned", [(0.0, 0.0, 0.0), (0.3, -0.5, 0.7), (1.1, 0.4, -0.2), (-0.6, 0.9, 0.5)])
+def test_a_body_thin_as_a_line_has_no_moment_to_tell_of(turned):
+    """Written in axes that are oblique to the line, its moment of inertia about it is rounding of zero."""
+    R = Rotation.from_rotvec(turned).as_matrix()
+    line, hinge = R @ (1.0, 0, 0), tuple(R @ (0.3, 0.2, 0.1))
+    thin = fmb.RigidBody(
+        "thin",
+        mass=1.0,
+        inertia=0.1 * (np.eye(3) - np.outer(line, line)),
+        center_of_mass=tuple(0.5 * line),
+        markers={"hinge": hinge},
+    )
+    joint = fmb.Revolute("hinge", markers=("ground.hinge", "thin.hinge"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert fmb.check(fmb.Model(bodies=[fmb.Ground(markers={"hinge": hinge}), thin], joints=[joint])).mobility == 1
+
+
 BEGIN, CRANK, ROCKER, END = (np.array(p) for p in ((0, 0, 0.0), (0.1, 0, 0.3), (0.9, 0, 0.5), (0.8, 0, 0.0)))
 PINS = {"crank": (BEGIN, CRANK), "coupler": (CRANK, ROCKER), "rocker": (ROCKER, END)}
 LUMPED, MIDDLE = {"crank": 1.0, "coupler": 0.5, "rocker": 1.0}, dict.fromkeys(PINS, 0.5)
