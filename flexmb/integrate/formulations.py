@@ -58,12 +58,6 @@ def _least(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     return x + V @ (U.T @ (b - A @ x))
 
 
-def _multipliers(L: np.ndarray, load: np.ndarray, e: Equations) -> np.ndarray:
-    """Return the multipliers of least norm with L lam = load."""
-    of_lam = 1.0 / np.sqrt(e.weight)
-    return of_lam * _least(L * of_lam, load)
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Balanced:
     """Dense equations in velocities that make lengths and angles comparable, each constraint with gradients of size 1.
@@ -110,6 +104,19 @@ def _inverse_sizes(rows: np.ndarray, moves: np.ndarray) -> np.ndarray:
     """Return 1 / norm of each row of equations that move something, and of the others 1 / the largest norm."""
     sizes = np.linalg.norm(rows, axis=1)
     return 1.0 / np.where(moves & (sizes > 0.0), sizes, np.max(sizes, initial=0.0) or 1.0)
+
+
+def _multipliers(own: _Balanced, load: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Return the multipliers of least norm, with weights (ng,), with L lam = load.
+
+    Which forces depend on each other is found among directions of size 1: in other units one may be a million times
+    as large as another.
+    """
+    sizes, of_lam = _inverse_sizes(own.L.T, own.moves), 1.0 / np.sqrt(weight)
+    directions = own.directions()
+    found = sizes * _least(directions, load) / of_lam
+    stress = null_space(directions, rcond=RANK) * (sizes / of_lam)[:, None] if len(sizes) else np.zeros((0, 0))
+    return of_lam * (found - stress @ _least(stress, found))
 
 
 def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
@@ -243,7 +250,7 @@ class Augmented(_Formulation):
             forces = orth(own.directions(), rcond=RANK) if ng else np.zeros((nu, 0))
             matrix = np.block([[own.M, -forces], [Vt[held], np.zeros((held.sum(), forces.shape[1]))]])
             a = _least(matrix, np.concatenate([own.f, U[:, held].T @ own.b / s[held]]))[:nu]
-            return own.scale * a, _multipliers(own.L, own.M @ a - own.f, e)
+            return own.scale * a, _multipliers(own, own.M @ a - own.f, e.weight)
         return _softened(e)
 
 
@@ -266,7 +273,7 @@ class NullSpace(_Formulation):
         a = _least(G, own.b)
         if N.shape[1]:
             a = a + N @ solve(P.T @ M @ N, P.T @ (f - M @ a))
-        return own.scale * a, _multipliers(own.L, M @ a - f, e)
+        return own.scale * a, _multipliers(own, M @ a - f, e.weight)
 
 
 @dataclass(frozen=True)
@@ -299,7 +306,7 @@ class UdwadiaPhohomsiri(_Formulation):
                 remedy="Give the free motion inertia, or forbid it by a joint",
             )
         a = _least(stacked, np.concatenate([project @ f, own.b]))
-        return own.scale * a, _multipliers(own.L, M @ a - f, e)
+        return own.scale * a, _multipliers(own, M @ a - f, e.weight)
 
 
 @dataclass(frozen=True)

@@ -309,6 +309,42 @@ def test_a_light_rod_that_may_spin_holds_a_heavy_crank(mass):
         np.testing.assert_allclose(np.abs(found.reactions["high"][2]), 0.5 * 9.81, rtol=1e-5, err_msg=str(formulation))
 
 
+@pytest.mark.parametrize("mass", [1.0, 1e-7, 1e-9])
+@pytest.mark.parametrize("length", [1.0, 1e-6, 1e3])
+def test_reactions_of_a_light_part_in_any_unit(mass, length):
+    """A telescope between two balls, 2 m apart in units of a length: they carry its heavy tube by the lever rule.
+
+    In micrometres, with a rod of 1e-9 kg, two formulations had found no reactions at all.
+    """
+    slide = Rotation.align_vectors([(1.0, 0.4, 0.3)], [(0.0, 0.0, 1.0)])[0].as_matrix()
+    rod = fmb.RigidBody(
+        "rod",
+        mass=mass,
+        inertia=(0.1 * mass * length**2,) * 3,
+        markers={"ball": (0, 0, 0), "slide": fmb.Pose((0.8 * length, 0, 0), slide)},
+    )
+    tube = fmb.RigidBody(
+        "tube",
+        mass=1.0,
+        inertia=(0.1 * length**2,) * 3,
+        at=(1.5 * length, 0, 0),
+        markers={"slide": fmb.Pose((-0.7 * length, 0, 0), slide), "ball": (0.5 * length, 0, 0)},
+    )
+    joints = {"A": ("ground.A", "rod.ball"), "B": ("tube.ball", "ground.B")}
+    model = fmb.Model(
+        bodies=[fmb.Ground(markers={"A": (0, 0, 0), "B": (2 * length, 0, 0)}), rod, tube],
+        joints=[
+            fmb.Prismatic("slide", markers=("rod.slide", "tube.slide")),
+            *(fmb.Spherical(name, markers=pair) for name, pair in joints.items()),
+        ],
+        gravity=(0, 0, -9.81),
+    )
+    for formulation in (fmb.Augmented(), fmb.NullSpace(), fmb.UdwadiaPhohomsiri(), fmb.Recursive()):
+        found = fmb.accelerations(model, formulation=formulation)
+        upright = [np.abs(found.reactions[name][2]) for name in joints]
+        np.testing.assert_allclose(upright, [9.81 * (0.25 + mass), 9.81 * 0.75], rtol=1e-5, err_msg=str(formulation))
+
+
 def two_parallelograms(ship: float) -> fmb.Model:
     """Three cranks and two couplers, which pass a line within a second, and a heavy body that floats elsewhere."""
     pins = [np.array([float(k), 0.0, 0.0]) for k in range(3)]
