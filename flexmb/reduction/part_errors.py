@@ -63,20 +63,21 @@ def error_of_part(quality: Mapping[str, Any], dofs: np.ndarray, K: np.ndarray, M
 
 
 def errors_of_parts(
-    parts: Sequence[PartError], dofs: np.ndarray, motion: np.ndarray, hertz: float, loss: complex
+    parts: Sequence[tuple[PartError, np.ndarray | None]], motion: np.ndarray, hertz: float, loss: complex
 ) -> np.ndarray:
     """Return the error (n, n), m/N, of the response of the whole to n loads, by the bases of its parts.
 
     Parameters
     ----------
+    parts : sequence of (PartError, (m,) of int or None)
+        Each with the places of its freedoms in the whole, see `PartError.places`.
     motion : (ndof, n), m
-        Of the freedoms `dofs` of the whole, by the loads, which act on interfaces of parts.
+        Of the freedoms of the whole, by the loads, which act on interfaces of parts.
     loss : complex
         ``1 + 2 i zeta``.
     """
     error, w2 = np.zeros((motion.shape[1], motion.shape[1]), complex), (2.0 * np.pi * hertz) ** 2
-    for part in parts:
-        places = part.places(dofs)
+    for part, places in parts:
         if places is not None:
             count = len(part.scale)
             forces = part.scale[:, None] * ((loss * part.K - w2 * part.M)[:count] @ motion[places])

@@ -169,15 +169,15 @@ def _by_parts(framed: FramedBody, shapes: np.ndarray, bound: _Bound, frequencies
     fe = body.fe
     if fe.condensed is None or not k or not fe.condensed.errors or None in fe.condensed.errors:
         return None
-    parts, load = fe.condensed.errors, framed.inputs[:, :k]
+    parts = [(part, part.places(fe.dofs)) for part in fe.condensed.errors]
+    load = framed.inputs[:, :k]
     rigid = body.rigid @ np.linalg.solve(body.rigid_mass, body.rigid.T @ load)
     found = []
     for hertz in frequencies.tolist():
         w2 = (2.0 * np.pi * max(hertz, _SLOWEST * frequencies[-1])) ** 2
         answer = np.linalg.solve(bound.loss * bound.K - w2 * bound.M, bound.F[:, :k].astype(complex))
-        found.append(
-            errors_of_parts(parts, fe.dofs, shapes @ answer - rigid / w2, np.sqrt(w2) / (2.0 * np.pi), bound.loss)
-        )
+        motion = shapes @ answer - rigid / w2
+        found.append(errors_of_parts(parts, motion, np.sqrt(w2) / (2.0 * np.pi), bound.loss))
     return np.array(found)
 
 

@@ -21,8 +21,6 @@ from flexmb.tree.coordinates.motions import POINTS
 
 __all__ = ["Centroid", "centroid"]
 
-FRAMELESS = POINTS
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Centroid:
@@ -72,7 +70,7 @@ def _add_mass(rows, counted, state, work, moment, inertia):
         h[:] = 0.0
         J[:] = 0.0
         mass = S[first[0]]
-        if row.held != FRAMELESS:
+        if row.held != POINTS:
             mass = max(mass, S[first[1] + 1], S[first[2] + 2])  # a mesh in a plane may have none along its normal
             euler_to_matrix(state.q[row.q + 3 : row.q + 7], R)
             turned[0], turned[1], turned[2] = S[first[1] + 5], S[first[2] + 3], S[first[0] + 4]
@@ -97,7 +95,7 @@ def _add_mass(rows, counted, state, work, moment, inertia):
 
 @kernel
 def _write_momenta(rows, counted, state, work, center, out):
-    """Write the momenta about a place per velocity of every body, out (6, nu), and return nothing that bodies carry."""
+    """Write the momenta about a place per velocity of every body, out (6, nu); states of forces have none."""
     R, p, h, d, t = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for k in range(len(rows)):
         row, S = rows[k], work.S
@@ -105,7 +103,7 @@ def _write_momenta(rows, counted, state, work, center, out):
             continue
         for i in range(3):
             d[i] = state.q[row.q + i] - center[i]
-        points = row.held == FRAMELESS
+        points = row.held == POINTS
         if not points:
             euler_to_matrix(state.q[row.q + 3 : row.q + 7], R)
         for j in range(row.modes if points else 6 + row.modes):
@@ -135,7 +133,7 @@ def _add_rates(rows, counted, state, work, center, momenta, gravity, out):
         for i in range(3):
             d[i] = state.q[row.q + i] - center[i]
             f[i] = work.residual[row.u + i]
-        if row.held != FRAMELESS:
+        if row.held != POINTS:
             euler_to_matrix(state.q[row.q + 3 : row.q + 7], R)
             matvec_t(R, gravity, t)
             for i in range(6):
