@@ -34,6 +34,8 @@ UNLOADED = 3
 """Iterations without rest, after which it is looked whether what changes is rounding."""
 TURNS = 40
 """Iterations of friction by joint reactions and of forces that follow accelerations, and refinements, at most."""
+HARDLY = 1e-2
+"""Inertia, relative to the least with which equations are judged, of a body that hardly resists."""
 SOFT = 1e-9
 """Compliance of equations in large models, relative to G M^-1 G^T."""
 EXACT = 1e-12
@@ -117,6 +119,21 @@ def _multipliers(own: _Balanced, load: np.ndarray, weight: np.ndarray) -> np.nda
     found = sizes * _least(directions, load) / of_lam
     stress = null_space(directions, rcond=RANK) * (sizes / of_lam)[:, None] if len(sizes) else np.zeros((0, 0))
     return of_lam * (found - stress @ _least(stress, found))
+
+
+def _without_squares(own: _Balanced, e: Equations) -> tuple[np.ndarray, np.ndarray]:
+    """Return accelerations and multipliers with orthonormal equations, where a body hardly resists.
+
+    The matrix of `Augmented` has the square of what gradients differ by, 1e-5 where a light part closes a loop. Next to
+    a dead centre it is the better one: orthonormal equations hold a mechanism there that should pass.
+    """
+    nu, ng = e.M.shape[0], e.G.shape[0]
+    U, s, Vt = np.linalg.svd(own.G, full_matrices=False)
+    held = s > RANK * np.max(s, initial=0.0)
+    forces = orth(own.directions(), rcond=RANK) if ng else np.zeros((nu, 0))
+    matrix = np.block([[own.M, -forces], [Vt[held], np.zeros((held.sum(), forces.shape[1]))]])
+    a = _least(matrix, np.concatenate([own.f, U[:, held].T @ own.b / s[held]]))[:nu]
+    return own.scale * a, _multipliers(own, own.M @ a - own.f, e.weight)
 
 
 def _softened(e: Equations) -> tuple[np.ndarray, np.ndarray]:
@@ -244,13 +261,12 @@ class Augmented(_Formulation):
         nu, ng = e.M.shape[0], e.G.shape[0]
         if nu + ng <= DENSE:
             own = _Balanced.of(e)
-            U, s, Vt = np.linalg.svd(own.G, full_matrices=False)
-            held = s > RANK * np.max(s, initial=0.0)
-            # orthonormal: the matrix has the square of what gradients differ by, 1e-5 where a light part closes a loop
-            forces = orth(own.directions(), rcond=RANK) if ng else np.zeros((nu, 0))
-            matrix = np.block([[own.M, -forces], [Vt[held], np.zeros((held.sum(), forces.shape[1]))]])
-            a = _least(matrix, np.concatenate([own.f, U[:, held].T @ own.b / s[held]]))[:nu]
-            return own.scale * a, _multipliers(own, own.M @ a - own.f, e.weight)
+            if np.any(e.M.diagonal() < HARDLY * e.least_inertia):
+                return _without_squares(own, e)
+            of_lam = 1.0 / np.sqrt(e.weight)
+            matrix = np.block([[own.M, -own.L * of_lam], [own.G, np.zeros((ng, ng))]])
+            x = _least(matrix, np.concatenate([own.f, own.b]))
+            return own.scale * x[:nu], of_lam * x[nu:]
         return _softened(e)
 
 
