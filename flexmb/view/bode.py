@@ -9,6 +9,7 @@ import numpy as np
 from flexmb.errors import FlexmbError
 from flexmb.files import replacing
 from flexmb.view.curves import COLORS, INK, PALE
+from flexmb.view.endings import require_ending
 
 __all__ = ["bode"]
 
@@ -76,19 +77,11 @@ def _drawn(plant, H: np.ndarray) -> np.ndarray:
 
 
 def _written(plant, f, H, drawn, columns, path: Path) -> Path:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter
 
     figure = Figure(figsize=(2.0 + 6.0 * len(columns), 6.0), layout="constrained", dpi=130)
-    known = sorted(FigureCanvasAgg(figure).get_supported_filetypes())
-    if path.suffix.lstrip(".") not in known:
-        raise FlexmbError(
-            f"Bode plot '{path}'",
-            found=f"the ending '{path.suffix}'",
-            expected=f"One of: {', '.join('.' + ending for ending in known)}",
-            remedy="Use .png, .svg or .pdf",
-        )
+    require_ending(figure, path, "Bode plot")
     axes = figure.subplots(2, len(columns), sharex=True, squeeze=False, height_ratios=(3, 2))
     for (gain, phase), column in zip(axes.T, columns, strict=True):
         for color, row in zip(COLORS, np.flatnonzero(drawn[:, column])):

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from flexmb.errors import FlexmbError
 from flexmb.files import replacing
 from flexmb.view.curves import COLORS, INK
+from flexmb.view.endings import require_ending
 
 __all__ = ["campbell_diagram"]
 
@@ -35,21 +35,13 @@ def campbell_diagram(diagram, path: str | Path, *, orders: Sequence[float] = (1.
         The ending is unknown.
     """
     import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     path = Path(path)
     speeds, turns = diagram.speeds, 2.0 * np.pi
     with matplotlib.rc_context({"text.parse_math": False}):
         figure = Figure(figsize=(7.5, 6.0), layout="constrained", dpi=130)
-        known = sorted(FigureCanvasAgg(figure).get_supported_filetypes())
-        if path.suffix.lstrip(".") not in known:
-            raise FlexmbError(
-                f"Campbell diagram '{path}'",
-                found=f"the ending '{path.suffix}'",
-                expected=f"One of: {', '.join('.' + ending for ending in known)}",
-                remedy="Use .png, .svg or .pdf",
-            )
+        require_ending(figure, path, "Campbell diagram")
         ax = figure.subplots()
         for k, (curve, grows) in enumerate(zip(diagram.frequencies.T, diagram.grows.T, strict=True)):
             color = COLORS[k % len(COLORS)]

@@ -20,6 +20,7 @@ from flexmb.errors import FlexmbError, did_you_mean
 from flexmb.files import replacing
 from flexmb.model.sensor_columns import SensorColumn, columns_named, sensor_columns, unknown, without_unit
 from flexmb.view.curves import COLORS, Line, drawable
+from flexmb.view.endings import require_ending
 from flexmb.view.quantities import ZERO, scaled
 from flexmb.view.ranges import factors_in_labels, largest_of, least_range, length_of, unit_in, widen
 
@@ -284,21 +285,13 @@ def draw_diagrams(
         Of each diagram.
     """
     import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     made, path = laid_out(runs, diagrams), Path(path)
     rows = -(-len(made) // columns)
     with matplotlib.rc_context({"text.parse_math": False, "axes.unicode_minus": False}):
         figure = Figure(figsize=(columns * size[0], rows * size[1]), layout="constrained", dpi=DPI)
-        known = FigureCanvasAgg(figure).get_supported_filetypes()
-        if path.suffix.lstrip(".") not in known:
-            raise FlexmbError(
-                f"Plot '{path}'",
-                found=f"the ending '{path.suffix}'",
-                expected=f"One of: {', '.join('.' + ending for ending in sorted(known))}",
-                remedy="Use .png, .svg or .pdf",
-            )
+        require_ending(figure, path, "Plot")
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax, (diagram, lines, y_label, x_label, ordinates) in zip(axes, made):
             for line in lines:

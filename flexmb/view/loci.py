@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from flexmb.errors import FlexmbError
 from flexmb.files import replacing
 from flexmb.view.curves import COLORS, INK, PALE
+from flexmb.view.endings import require_ending
 
 __all__ = ["root_loci"]
 
@@ -39,20 +39,12 @@ def root_loci(locus, path: str | Path, *, name: str = "parameter", limits: bool 
         The ending is unknown.
     """
     import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     path = Path(path)
     with matplotlib.rc_context({"text.parse_math": False}):
         figure = Figure(figsize=(7.5, 6.0), layout="constrained", dpi=130)
-        known = sorted(FigureCanvasAgg(figure).get_supported_filetypes())
-        if path.suffix.lstrip(".") not in known:
-            raise FlexmbError(
-                f"Root loci '{path}'",
-                found=f"the ending '{path.suffix}'",
-                expected=f"One of: {', '.join('.' + ending for ending in known)}",
-                remedy="Use .png, .svg or .pdf",
-            )
+        require_ending(figure, path, "Root loci")
         ax = figure.subplots()
         moving = _spread(locus.poles)
         _frame(ax, locus.poles[:, moving])

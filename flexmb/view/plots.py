@@ -10,6 +10,7 @@ import numpy as np
 from flexmb.errors import FlexmbError
 from flexmb.files import replacing
 from flexmb.view.curves import drawable
+from flexmb.view.endings import require_ending
 from flexmb.view.ranges import LARGEST, ROUNDING, factors_in_labels, largest_of, least_range, length_of, widen
 
 __all__ = ["plot"]
@@ -43,19 +44,10 @@ def plot(solution, names: str | Sequence[str] | None, path: str | Path, *, size=
 
 def _plotted(solution, names: tuple[str, ...], path: Path, size: tuple[float, float]) -> Path:
     """Write the plot of some sensors."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(size[0], size[1] * len(names)), layout="constrained", dpi=130)
-    canvas = FigureCanvasAgg(figure)
-    known = tuple(ending for ending in canvas.get_supported_filetypes())
-    if path.suffix.lstrip(".") not in known:
-        raise FlexmbError(
-            f"Plot '{path}'",
-            found=f"the ending '{path.suffix}'",
-            expected=f"One of: {', '.join('.' + ending for ending in sorted(known))}",
-            remedy="Use .png, .svg or .pdf",
-        )
+    require_ending(figure, path, "Plot")
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     least, length = _least_ranges(solution), length_of([solution])
     for name, ax in zip(names, axes, strict=True):

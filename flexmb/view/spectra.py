@@ -9,6 +9,7 @@ import numpy as np
 from flexmb.errors import FlexmbError
 from flexmb.files import replacing
 from flexmb.view.curves import COLORS, INK, PALE
+from flexmb.view.endings import require_ending
 
 __all__ = ["spectra"]
 
@@ -32,7 +33,6 @@ def spectra(plant, frequencies, densities, path: str | Path) -> Path:
         No output moves, there are more than a picture can show, or the ending is unknown.
     """
     import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     path, G = Path(path), np.asarray(densities, float)
@@ -48,14 +48,7 @@ def spectra(plant, frequencies, densities, path: str | Path) -> Path:
         )
     with matplotlib.rc_context({"text.parse_math": False}):  # a dollar sign in a name is a dollar sign
         figure = Figure(figsize=(8.0, 1.2 + 3.2 * len(units)), layout="constrained", dpi=130)
-        known = sorted(FigureCanvasAgg(figure).get_supported_filetypes())
-        if path.suffix.lstrip(".") not in known:
-            raise FlexmbError(
-                f"Spectra '{path}'",
-                found=f"the ending '{path.suffix}'",
-                expected=f"One of: {', '.join('.' + ending for ending in known)}",
-                remedy="Use .png, .svg or .pdf",
-            )
+        require_ending(figure, path, "Spectra")
         axes = figure.subplots(len(units), 1, sharex=True, squeeze=False)[:, 0]
         for ax, unit, own in zip(axes, units, of_units, strict=True):
             for color, k in zip(COLORS, own):
